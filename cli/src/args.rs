@@ -13,7 +13,7 @@ use lighting::scene::Bounds;
 use shadow_dag::Share;
 
 use crate::added::AddedOptions;
-use crate::devices::BackendName;
+use crate::devices::{BackendName, PictureBackend};
 use crate::parse::{self, Size, Square};
 use crate::scene_options::{FileOptions, Surroundings};
 
@@ -278,6 +278,10 @@ pub(crate) enum FilmPath {
 /// The time is that of one of many frames, unless --frames says how many. If no setting meets
 /// the target, the nearest one is printed and the exit code is 1.
 ///
+/// A GPU has to be started: its device, and the shaders of a first frame. If every setting is
+/// finished earlier without it, it is listed as left out, for --frames frames or for one, with
+/// the number of frames from which it pays.
+///
 /// Errors are those of `compare` for the same picture, and do not depend on the clock. Times
 /// are those of the machine in its current state.
 ///
@@ -301,7 +305,8 @@ pub(crate) struct Plan {
     #[arg(long, value_name = "TIME", conflicts_with = "error", value_parser = parse::time_target, allow_hyphen_values = true)]
     pub(crate) time: Option<f64>,
 
-    /// Number of frames that share what is made before the first one [default: infinitely many]
+    /// Number of frames that share the start of a backend and what is made before the first one
+    /// [default: infinitely many]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
 
@@ -415,7 +420,7 @@ pub(crate) struct Render {
     /// Where the airlight is computed, and the light of surfaces with --shadows; other surfaces
     /// and hair are lit on the CPU
     #[arg(long, value_name = "NAME", default_value = "cpu")]
-    pub(crate) backend: BackendName,
+    pub(crate) backend: PictureBackend,
 
     /// Let the method compute the shadows of all lights; otherwise lights that nothing blocks
     /// in this view are computed in closed form

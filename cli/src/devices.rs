@@ -1,5 +1,7 @@
 //! The backends that are present.
 
+use std::time::Instant;
+
 use clap::ValueEnum;
 use gpu_backend::gpu::Context;
 
@@ -18,6 +20,36 @@ pub(crate) enum BackendName {
     Gpu,
 }
 
+/// Where one picture is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureBackend {
+    /// The CPU, with all threads
+    Cpu,
+    /// The GPU, through Vulkan, Metal or Direct3D 12
+    Gpu,
+    /// Whichever is expected to have the picture first. The time that a GPU takes to start
+    /// counts, and one that would take too long is not started; `plan --calibrate` measures it
+    Auto,
+}
+
+impl PictureBackend {
+    /// The backend, if it is named.
+    pub(crate) fn name(self) -> Option<BackendName> {
+        match self {
+            Self::Cpu => Some(BackendName::Cpu),
+            Self::Gpu => Some(BackendName::Gpu),
+            Self::Auto => None,
+        }
+    }
+}
+
+/// The only backend of that name.
+pub(crate) fn find_one(name: BackendName) -> Result<Device, Failure> {
+    let (mut found, _) = find(&[name])?;
+    // One that was asked for is present, or an error.
+    Ok(found.remove(0))
+}
+
 /// A backend that is present.
 #[derive(Debug)]
 pub(crate) struct Device {
@@ -27,6 +59,8 @@ pub(crate) struct Device {
     pub(crate) representative: bool,
     /// True if its failure must not go unnoticed.
     pub(crate) required: bool,
+    /// Seconds until it was ready, if it had to be started.
+    pub(crate) start: Option<f64>,
     /// `None` is the CPU.
     pub(crate) context: Option<Context>,
 }
@@ -37,17 +71,19 @@ impl Device {
             label: "cpu".into(),
             representative: true,
             required: true,
+            start: None,
             context: None,
         }
     }
 
-    fn gpu(context: Context, required: bool) -> Self {
+    fn gpu(context: Context, required: bool, start: f64) -> Self {
         let software = context.is_software();
         let kind = if software { ", software" } else { "" };
         Self {
             label: format!("gpu ({}{kind})", context.adapter().name),
             representative: !software,
             required,
+            start: Some(start),
             context: Some(context),
         }
     }
@@ -64,8 +100,11 @@ pub(crate) fn find(asked: &[BackendName]) -> Result<(Vec<Device>, Option<String>
     }
     if any || asked.contains(&BackendName::Gpu) {
         let required = !any || std::env::var(REQUIRE_VARIABLE).is_ok_and(|value| value == "1");
-        match without_chatter(Context::request) {
-            Ok(context) => present.push(Device::gpu(context, required)),
+        let clock = Instant::now();
+        let requested = without_chatter(Context::request);
+        let start = clock.elapsed().as_secs_f64();
+        match requested {
+            Ok(context) => present.push(Device::gpu(context, required, start)),
             Err(error) if required => return Err(error.into()),
             Err(error) => {
                 complain(&format!("gpu: skipped, {error}"));

@@ -6,6 +6,7 @@ use crepuscular_tests::frames::{image, inputs};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use gpu_backend::Cpu;
+use gpu_backend::gpu::{Context, Gpu};
 use lighting::Emitter;
 use lighting::methods::{Registry, Store, share_tracer};
 use lighting::plan::Plan;
@@ -116,12 +117,36 @@ fn questions(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A picture on a GPU that has to be started for it, and on the CPU, which has not.
+fn starts(criterion: &mut Criterion) {
+    let methods = Registry::standard();
+    let march = methods.find("march x midpoint").expect("the baseline");
+    let mut group = criterion.benchmark_group("plan/start of a backend");
+    if Context::request().is_err() {
+        return;
+    }
+    let scene = TestScene::new(Embedded::Fence, 160, 90);
+    let host = Store::new();
+    share_tracer(&host, &Tracer::new(&scene.geometry).into());
+    let frame = inputs(&scene, 256, &host);
+    group.bench_function("forced", |b| {
+        b.iter(|| {
+            let context = Context::request().expect("it was there before");
+            image(&Gpu::new(context), frame, &march, 64)
+        });
+    });
+    group.bench_function("planned", |b| {
+        b.iter(|| image(&Cpu::new(), frame, &march, 64));
+    });
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default()
         .sample_size(10)
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_secs(1));
-    targets = shadows, lights, questions
+    targets = shadows, lights, questions, starts
 }
 criterion_main!(benches);

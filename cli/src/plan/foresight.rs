@@ -8,14 +8,18 @@ use gpu_backend::{Cpu, Download, Host};
 use lighting::methods::{
     FrameInputs, MethodBackend, MethodError, Registry, Store, share_cover, share_tracer,
 };
-use lighting::prediction::{Forecast, Judged, Prediction, Probe, Profile, Sample, Setting, Target};
+use lighting::prediction::{
+    Forecast, Judged, Prediction, Probe, Profile, Sample, Setting, SlowStart, Target,
+};
 
 use crate::compare::measure::Job;
 use crate::compare::prepare::{Asked, Prepared};
+use crate::compare::results::LeftOut;
 use crate::compare::selection::Candidate;
 use crate::compare::truth;
-use crate::devices::Device;
+use crate::devices::{self, Device};
 use crate::failure::Failure;
+use crate::format::seconds;
 use crate::progress;
 
 /// Pixels that methods are run on.
@@ -43,6 +47,8 @@ pub(crate) struct Foresight<'a> {
     judged: Judged,
     profile: &'a Profile,
     seconds: f64,
+    /// Whether the start of a backend counts.
+    starts: bool,
 }
 
 impl<'a> Foresight<'a> {
@@ -65,7 +71,16 @@ impl<'a> Foresight<'a> {
             sample,
             profile,
             seconds,
+            starts: true,
         })
+    }
+
+    /// The same for a backend that is started in any case.
+    fn without_start(self) -> Self {
+        Self {
+            starts: false,
+            ..self
+        }
     }
 
     /// The forecast of candidates on a device.
@@ -88,14 +103,14 @@ impl<'a> Foresight<'a> {
         share_tracer(&host, &self.job.input.tracer);
         share_cover(&host, self.job.view.cover());
         let spinner = progress::spinner("probing methods");
-        let label = &device.label;
+        let named = (device.label.as_str(), device.start.filter(|_| self.starts));
         let forecast = match &device.context {
-            None => self.on(&Cpu::new(), label, &host, &host, &settings),
+            None => self.on(&Cpu::new(), named, &host, &host, &settings),
             Some(context) => {
                 let waited_for = Gpu::new(context.clone());
                 let gpu = Gpu::new(context.clone());
                 let store = Store::waiting(move || waited_for.wait());
-                self.on(&gpu, label, &host, &store, &settings)
+                self.on(&gpu, named, &host, &store, &settings)
             }
         };
         spinner.finish_and_clear();
@@ -105,12 +120,12 @@ impl<'a> Foresight<'a> {
     fn on<B: MethodBackend + Download>(
         &self,
         backend: &B,
-        label: &str,
+        (label, start): (&str, Option<f64>),
         host: &Store<Host>,
         store: &Store<B::Memory>,
         settings: &[Setting],
     ) -> Result<Forecast, MethodError> {
-        let start = Instant::now();
+        let clock = Instant::now();
         let probe = Probe {
             inputs: FrameInputs {
                 host,
@@ -120,7 +135,8 @@ impl<'a> Foresight<'a> {
             judged: &self.judged,
             profile: self.profile,
             seconds: self.seconds,
-            clock: &|| start.elapsed().as_secs_f64(),
+            start,
+            clock: &|| clock.elapsed().as_secs_f64(),
         };
         probe.run(backend, label, store, settings)
     }
@@ -133,22 +149,112 @@ pub(crate) fn foreseen<'a>(prepared: &'a Prepared, device: &Device) -> Vec<&'a C
         .collect()
 }
 
-/// The method and quality for one picture.
+/// The setting that is chosen for one picture.
+pub(crate) struct Found {
+    pub(crate) candidate: Candidate,
+    pub(crate) row: Prediction,
+    /// Where it runs.
+    pub(crate) device: Device,
+    /// Why there is no other backend, if one was looked for.
+    pub(crate) note: Option<String>,
+}
+
+/// The method and quality for one picture, on the backend that was asked for or, if it
+/// `may_start` one, on a GPU. A GPU whose start alone takes longer than the choice on the CPU
+/// stays off.
 pub(crate) fn choose(
     methods: &Registry,
     asked: Asked<'_>,
     target: Target,
-) -> Result<(Candidate, Prediction), Failure> {
-    let prepared = Prepared::new(methods, asked, f64::INFINITY)?;
+    may_start: bool,
+) -> Result<Found, Failure> {
+    let mut prepared = Prepared::new(methods, asked, f64::INFINITY)?;
+    let mut devices = std::mem::take(&mut prepared.backends.present);
     let profile = super::profile::read(None)?;
     let nothing =
         || Failure::new("no light reaches the view through the air, so there is nothing to choose");
     let foresight = Foresight::new(&prepared, &profile, SECONDS).ok_or_else(nothing)?;
-    let device = &prepared.backends.present[0];
-    let candidates = foreseen(&prepared, device);
-    let forecast = foresight.of(device, &candidates)?;
-    let row = forecast
+    let foresight = match may_start {
+        true => foresight,
+        false => foresight.without_start(),
+    };
+    let mut all = Forecast::default();
+    let add = |device: &Device, all: &mut Forecast| -> Result<(), Failure> {
+        let forecast = foresight.of(device, &foreseen(&prepared, device))?;
+        all.rows.extend(forecast.rows);
+        Ok(())
+    };
+    for device in &devices {
+        add(device, &mut all)?;
+    }
+    let mut note = None;
+    if may_start {
+        let first = all.choose(target, 1.0).ok();
+        note = why_not_start(&profile, target, first);
+        if note.is_none() {
+            let (present, missing) = devices::find(&[])?;
+            for gpu in present
+                .into_iter()
+                .filter(|device| device.context.is_some())
+            {
+                if gpu.representative || profile.starts().any(|(name, _)| name == gpu.label) {
+                    add(&gpu, &mut all)?;
+                    devices.push(gpu);
+                } else {
+                    note = Some(format!("left out: {} (no GPU)", gpu.label));
+                }
+            }
+            note = note.or(missing.map(|why| format!("left out: the GPU ({why})")));
+        }
+    }
+    let row = all
         .choose(target, 1.0)
         .map_err(|unmet| Failure::nothing(unmet.to_string()))?;
-    Ok((candidates[row.setting].clone(), row.clone()))
+    if let Some(slow) = all.slow_starts(1.0).first() {
+        let LeftOut { what, why } = left_out(slow);
+        note = Some(format!("left out: {what} ({why})"));
+    }
+    let is_it = |device: &Device| device.label == row.backend;
+    let place = devices.iter().position(is_it).unwrap_or(0);
+    let device = devices.swap_remove(place);
+    let candidate = foreseen(&prepared, &device)[row.setting].clone();
+    Ok(Found {
+        candidate,
+        row: row.clone(),
+        device,
+        note,
+    })
+}
+
+/// Why a GPU need not be started to look for something better than the choice on the CPU, by
+/// what is known of its start.
+fn why_not_start(profile: &Profile, target: Target, first: Option<&Prediction>) -> Option<String> {
+    let (name, start) = profile.starts().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (limit, of) = match target {
+        Target::Error(_) => (first?.seconds(1.0), "all of the picture takes on the CPU"),
+        Target::Time(limit) => (limit, "it may take"),
+    };
+    (start >= limit).then(|| {
+        format!(
+            "left out: {name} (starting it takes {}, and {of} {})",
+            seconds(start),
+            seconds(limit)
+        )
+    })
+}
+
+/// A backend that is not worth its start, in the words of a plan.
+pub(super) fn left_out(slow: &SlowStart) -> LeftOut {
+    let frames = match slow.pays_from.is_finite() {
+        true => format!("fewer than {} frames", slow.pays_from),
+        false => "any number of frames".into(),
+    };
+    LeftOut {
+        what: format!("{} for {frames}", slow.backend),
+        why: format!(
+            "it takes {} to start, which faster frames do not make up for; saves {}",
+            seconds(slow.start),
+            seconds(slow.saving)
+        ),
+    }
 }

@@ -22,7 +22,7 @@ pub(super) struct Known<'a> {
 /// null.
 pub(super) fn of(
     known: Known<'_>,
-    forecasts: &[&Forecast],
+    forecast: &Forecast,
     choice: &Choice,
     analysis: Option<&Analysis>,
 ) -> Value {
@@ -31,8 +31,7 @@ pub(super) fn of(
         passes,
         left_out,
     } = known;
-    let rows = forecasts.iter().flat_map(|forecast| &forecast.rows);
-    let skipped = forecasts.iter().flat_map(|forecast| &forecast.skipped);
+    let (rows, skipped) = (forecast.rows.iter(), forecast.skipped.iter());
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "scene": prepared.input.scene.name,
@@ -69,6 +68,7 @@ fn of_row(row: &Prediction, analysis: Option<&Analysis>) -> Value {
         "backend": row.backend,
         "quality": row.quality,
         "quality_unit": row.unit,
+        "seconds_start": row.start,
         "seconds_build": row.once,
         "seconds_frame": row.frame,
         "bytes": row.bytes,

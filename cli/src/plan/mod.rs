@@ -29,6 +29,11 @@ pub(crate) use worth::keep_worthwhile;
 /// Scenes that methods are learned from: a sun, lamps, a spot, hair and smoke.
 const LEARNED_FROM: [&str; 5] = ["city", "fence", "coil", "smoke", "translucent"];
 
+/// What the methods cost on this machine, as far as it is known.
+pub(crate) fn known_costs() -> Result<Profile, Failure> {
+    profile::read(None)
+}
+
 /// A device, the candidates that may run on it, and their forecast.
 type Foreseen<'a> = (&'a Device, Vec<&'a Candidate>, Forecast);
 
@@ -49,7 +54,11 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
         complain(&format!("warning: {line}"));
     }
     let (forecasts, failed) = forecasts(&prepared, &args.backend, &profile, SECONDS)?;
-    let left_out: Vec<&LeftOut> = prepared.selection.left_out.iter().chain(&failed).collect();
+    let all = together(&forecasts);
+    let slow = all.slow_starts(args.frames.map_or(1.0, f64::from));
+    let slow: Vec<LeftOut> = slow.iter().map(foresight::left_out).collect();
+    let of_scene = prepared.selection.left_out.iter();
+    let left_out: Vec<&LeftOut> = of_scene.chain(&failed).chain(&slow).collect();
     let job = prepared.job(false);
     let inputs = job.as_ref().map(|job| job.inputs(&()));
     let plan = prepared.plan_of_frame(inputs.as_ref())?;
@@ -58,10 +67,9 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
         (true, Some(job)) => Some(analyze(job, &forecasts)?),
         _ => None,
     };
-    let choice = choice(args, &forecasts);
+    let choice = choice(args, &all);
     note(&prepared.input.notes);
     if args.json {
-        let all: Vec<&Forecast> = forecasts.iter().map(|(_, _, forecast)| forecast).collect();
         let known = json::Known {
             prepared: &prepared,
             passes: &passes,
@@ -130,16 +138,20 @@ fn forecasts<'a>(
     Ok((all, failed))
 }
 
+/// The forecasts of all devices as one.
+fn together(forecasts: &[Foreseen<'_>]) -> Forecast {
+    let all = forecasts.iter().map(|(_, _, forecast)| forecast);
+    Forecast {
+        rows: all.clone().flat_map(|all| &all.rows).cloned().collect(),
+        skipped: all.flat_map(|all| &all.skipped).cloned().collect(),
+    }
+}
+
 /// The choice among all devices, if there is a target.
-fn choice(args: &Plan, forecasts: &[Foreseen<'_>]) -> Choice {
+fn choice(args: &Plan, all: &Forecast) -> Choice {
     let of_error = args.error.map(Target::Error);
     let target = of_error.or(args.time.map(Target::Time))?;
     let frames = args.frames.map_or(f64::INFINITY, f64::from);
-    let rows = forecasts.iter().flat_map(|(_, _, forecast)| &forecast.rows);
-    let all = Forecast {
-        rows: rows.cloned().collect(),
-        skipped: Vec::new(),
-    };
     Some((target, all.choose(target, frames).cloned()))
 }
 

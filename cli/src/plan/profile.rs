@@ -111,6 +111,10 @@ fn of(profile: &Profile) -> Value {
             "seconds_once_per_unit": costs.once,
             "seconds_frame_per_unit": costs.frame,
         })).collect::<Vec<_>>(),
+        "starts": profile.starts().map(|(backend, seconds)| json!({
+            "backend": backend,
+            "seconds": seconds,
+        })).collect::<Vec<_>>(),
     })
 }
 
@@ -132,23 +136,43 @@ fn parse(bytes: &[u8]) -> Result<Profile, String> {
         .as_array()
         .ok_or("it has no list of methods")?;
     let mut profile = Profile::new();
-    for (index, method) in methods.iter().enumerate() {
-        let text = |key: &str| {
-            let missing = || format!("methods[{index}].{key} is {}, expected a name", method[key]);
-            method[key].as_str().ok_or_else(missing)
-        };
-        let number = |key: &str| {
-            let value = method[key].as_f64().filter(|x| x.is_finite() && *x > 0.0);
-            let expected = "expected a number of seconds above 0";
-            value.ok_or_else(|| format!("methods[{index}].{key} is {}, {expected}", method[key]))
-        };
+    for index in 0..methods.len() {
+        let item = Item(&value, "methods", index);
         let costs = Costs {
-            once: number("seconds_once_per_unit")?,
-            frame: number("seconds_frame_per_unit")?,
+            once: item.seconds("seconds_once_per_unit")?,
+            frame: item.seconds("seconds_frame_per_unit")?,
         };
-        profile.insert(text("backend")?, text("method")?, costs);
+        profile.insert(item.name("backend")?, item.name("method")?, costs);
+    }
+    // A profile from before starts were measured has no list of them.
+    let starts = value["starts"].as_array().map_or(0, Vec::len);
+    for index in 0..starts {
+        let item = Item(&value, "starts", index);
+        profile.insert_start(item.name("backend")?, item.seconds("seconds")?);
     }
     Ok(profile)
+}
+
+/// A part of a profile: the one of this index in a list of this name.
+struct Item<'a>(&'a Value, &'static str, usize);
+
+impl<'a> Item<'a> {
+    fn name(&self, key: &str) -> Result<&'a str, String> {
+        let Self(all, list, index) = *self;
+        let value = &all[list][index][key];
+        value
+            .as_str()
+            .ok_or_else(|| format!("{list}[{index}].{key} is {value}, expected a name"))
+    }
+
+    fn seconds(&self, key: &str) -> Result<f64, String> {
+        let Self(all, list, index) = *self;
+        let value = &all[list][index][key];
+        let number = value.as_f64().filter(|x| x.is_finite() && *x > 0.0);
+        number.ok_or_else(|| {
+            format!("{list}[{index}].{key} is {value}, expected a number of seconds above 0")
+        })
+    }
 }
 
 #[cfg(test)]
@@ -169,6 +193,7 @@ mod tests {
             frame: 2.5e-9,
         };
         profile.insert("cpu", "march x midpoint", costs);
+        profile.insert_start("gpu (any)", 0.5);
         profile
     }
 
@@ -202,12 +227,16 @@ mod tests {
     fn what_is_wrong_with_a_profile_is_said() {
         let mut sound = of(&example());
         assert!(parse(sound.to_string().as_bytes()).is_ok());
+        let mut older = sound.clone();
+        older.as_object_mut().unwrap().remove("starts");
+        let older = parse(older.to_string().as_bytes()).unwrap();
+        assert_eq!(older.starts().count(), 0);
         let wrong = |change: &dyn Fn(&mut Value)| {
             let mut value = sound.clone();
             change(&mut value);
             parse(value.to_string().as_bytes()).unwrap_err()
         };
-        let cases: [(&Change, &str); 5] = [
+        let cases: [(&Change, &str); 6] = [
             (
                 &|v| v["format"] = json!("a table"),
                 "its format is \"a table\"",
@@ -221,6 +250,10 @@ mod tests {
             (
                 &|v| v["methods"][0]["seconds_once_per_unit"] = json!(-1.0),
                 "methods[0].seconds_once_per_unit is -1.0, expected a number of seconds above 0",
+            ),
+            (
+                &|v| v["starts"][0]["seconds"] = json!("long"),
+                "starts[0].seconds is \"long\", expected a number of seconds above 0",
             ),
         ];
         for (change, why) in cases {

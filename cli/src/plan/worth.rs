@@ -83,6 +83,7 @@ mod tests {
             backend: "cpu".into(),
             quality: 1,
             unit: "steps",
+            start: 0.0,
             once: 0.0,
             frame,
             bytes: 0,

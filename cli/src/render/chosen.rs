@@ -5,7 +5,7 @@ use lighting::prediction::Target;
 
 use crate::args::{Render, SurfaceScattering};
 use crate::compare::prepare::Asked;
-use crate::devices::BackendName;
+use crate::devices::{BackendName, Device, PictureBackend};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::parse::Size;
@@ -23,33 +23,36 @@ pub(crate) struct Chosen {
 const VISIBILITY: &str = "exact";
 const AIRLIGHT: &str = "quadrature";
 
-fn runs_on(entry: &Entry, backend: BackendName) -> bool {
-    backend == BackendName::Cpu || entry.runs_on_gpus()
+fn runs_on(entry: &Entry, backend: PictureBackend) -> bool {
+    backend != PictureBackend::Gpu || entry.runs_on_gpus()
 }
 
 impl Chosen {
-    /// The method that is expected to meet a target, and a note about it.
+    /// The method that is expected to meet a target, with its device, and notes about both.
     pub(crate) fn foreseen(
         methods: &Registry,
         args: &Render,
         size: Size,
         target: Target,
-    ) -> Result<(Self, String), Failure> {
+    ) -> Result<(Self, Device, Vec<String>), Failure> {
         let asked = Asked {
             scene: &args.scene,
             size: Some(size),
             quick: false,
             methods: &[],
-            backend: &[args.backend],
+            backend: &[args.backend.name().unwrap_or(BackendName::Cpu)],
             smoke_unseen: false,
             options: &args.options,
         };
-        let (candidate, row) = plan::choose(methods, asked, target)?;
+        let may_start = args.backend == PictureBackend::Auto;
+        let found = plan::choose(methods, asked, target, may_start)?;
         let chosen = Self {
-            entry: candidate.entry,
-            quality: candidate.quality,
+            entry: found.candidate.entry,
+            quality: found.candidate.quality,
         };
-        Ok((chosen, format!("for {target}: {row}")))
+        let mut notes = vec![format!("for {target}: {}", found.row)];
+        notes.extend(found.note);
+        Ok((chosen, found.device, notes))
     }
 
     pub(crate) fn new(methods: &Registry, args: &Render) -> Result<Self, Failure> {

@@ -9,7 +9,7 @@ use lighting::methods::heterogeneous::{
     AddEmission, EmittingRays, MediaMemory, MediaOf, UploadedMedia,
 };
 use lighting::methods::{
-    Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict,
+    Entry, Frame, FrameInputs, Method, MethodBackend, Selection, Store, Verdict, Work,
 };
 use lighting::plan::Plan;
 use lighting::scene::view::View;
@@ -177,6 +177,20 @@ impl Job<'_> {
             false => Vec::new(),
         };
         Ok((plan, unshadowed))
+    }
+
+    /// The work that a method expects for the airlight of some emitters.
+    pub(crate) fn work(
+        &self,
+        input: &Input,
+        indices: &[usize],
+        (entry, quality): (&Entry, u32),
+    ) -> Work {
+        let host = Store::new();
+        let (emitters, areas) = (&input.picked(indices), &input.areas(indices));
+        let map = self.args.options.map();
+        let inputs = self.inputs(input, (emitters, areas), map, &host);
+        entry.method().work(&inputs, quality)
     }
 
     /// The inputs of a frame of some emitters and the area lights among them.

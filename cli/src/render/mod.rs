@@ -5,6 +5,7 @@ mod chosen;
 mod hair;
 mod layers;
 mod light;
+mod quickest;
 
 use std::cell::OnceCell;
 use std::path::Path;
@@ -18,7 +19,7 @@ use lighting::scene::{Camera, Medium};
 use lighting::translucent::TransmittanceMap;
 
 use crate::args::{Render, SurfaceShadows};
-use crate::devices::{self, Device};
+use crate::devices::{self, BackendName, Device};
 use crate::failure::Failure;
 use crate::format::{count, significant};
 use crate::input::{Input, describe_media};
@@ -72,14 +73,16 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     let file = PendingFile::beside(&args.output, &inputs)?;
     let target = args.error.map(Target::Error);
     let target = target.or(args.time.map(Target::Time));
-    let (chosen, expected) = match target {
+    let (chosen, device, expected) = match target {
         Some(target) => {
-            let (chosen, expected) = Chosen::foreseen(methods, args, size, target)?;
-            (chosen, Some(expected))
+            let (chosen, device, expected) = Chosen::foreseen(methods, args, size, target)?;
+            (chosen, Some(device), expected)
         }
-        None => (Chosen::new(methods, args)?, None),
+        None => {
+            let device = args.backend.name().map(devices::find_one).transpose()?;
+            (Chosen::new(methods, args)?, device, Vec::new())
+        }
     };
-    let (devices, _) = devices::find(&[args.backend])?;
     let mut input = Input::for_picture(&args.scene, &args.options, args.size)?;
     let chosen = chosen.for_media(methods, args, &mut input);
     input.notes.extend(expected);
@@ -109,6 +112,27 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         (input.notes).push("hair and smoke cast no shadow on surfaces with --shadows".into());
     }
     let plan = Plan::of_media(&input.emitters, &input.media(), view.rays());
+    let device = match device {
+        Some(device) => device,
+        None => {
+            let cpu = devices::find_one(BackendName::Cpu)?;
+            let work = input.medium_of_air().map(|medium| {
+                let job = Job {
+                    args,
+                    size,
+                    camera: &camera,
+                    view: &view,
+                    medium: &medium,
+                    device: &cpu,
+                };
+                job.work(&input, plan.emitters(), (&chosen.entry, chosen.quality))
+            });
+            let work = work.unwrap_or_default();
+            let (device, why) = quickest::device(&chosen, &work, view.rays().len())?;
+            input.notes.extend(why);
+            device
+        }
+    };
     let mut shot = Shot {
         methods,
         args,
@@ -116,7 +140,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
         medium: input.medium_of_air(),
         camera,
         view: &view,
-        device: &devices[0],
+        device: &device,
         chosen: &chosen,
         shadows: &shadows,
         hair,

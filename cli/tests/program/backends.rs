@@ -50,7 +50,7 @@ fn rows(place: &Path) -> Vec<Vec<String>> {
 }
 
 /// The GPU; without one the test of that name says that it is skipped.
-fn gpu(test: &str) -> Option<Context> {
+pub(crate) fn gpu(test: &str) -> Option<Context> {
     match Context::request() {
         Ok(context) => Some(context),
         Err(error) => {

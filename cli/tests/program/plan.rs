@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::Command;
 
+use crate::backends::gpu;
 use crate::common::{fails, names, notes, run, succeeds};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const SMALL: [&str; 6] = ["--size", "64x36", "--map", "128", "--backend", "cpu"];
 
@@ -335,4 +337,93 @@ fn a_comparison_of_what_is_worth_it_keeps_the_baseline() {
         .lines()
         .find(|line| line.starts_with("runs: ray marching"));
     assert!(marches.unwrap().contains("8, "), "{text}");
+}
+
+/// A picture of `fence` on the backend that is left open, on a machine with this list of starts
+/// and these costs of a march: the file, and what is said about it.
+fn left_open(options: &[&str], starts: &Value, on_gpu: &str) -> (Vec<u8>, String) {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("cache/crepuscular");
+    std::fs::create_dir_all(&folder).unwrap();
+    let costs = |backend: &str, seconds: f64| {
+        json!({
+            "backend": backend,
+            "method": "march x midpoint",
+            "seconds_once_per_unit": seconds,
+            "seconds_frame_per_unit": seconds,
+        })
+    };
+    let profile = json!({
+        "format": "crepuscular machine profile",
+        "version": 1,
+        "methods": [costs("cpu", 1e-8), costs(on_gpu, 1e-12)],
+        "starts": starts,
+    });
+    std::fs::write(folder.join("profile.json"), profile.to_string()).unwrap();
+    let common = [
+        "render", "fence", "--size", "64x36", "--map", "128", "-o", "a.exr",
+    ];
+    let output = Command::new(env!("CARGO_BIN_EXE_crepuscular"))
+        .current_dir(place.path())
+        .env("XDG_CACHE_HOME", place.path().join("cache"))
+        .args([&common[..], options].concat())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    (std::fs::read(place.path().join("a.exr")).unwrap(), said)
+}
+
+const MARCH: [&str; 4] = ["--method", "march x midpoint", "--backend", "auto"];
+
+#[test]
+fn a_gpu_that_starts_for_longer_than_a_picture_takes_stays_off() {
+    let slow = json!([{"backend": "gpu (slow)", "seconds": 100}]);
+    let on_cpu = ["--method", "march x midpoint", "--backend", "cpu"];
+    let (expected, _) = left_open(&on_cpu, &slow, "gpu (slow)");
+    let (same, said) = left_open(&MARCH, &slow, "gpu (slow)");
+    assert!(
+        said.contains("left out: gpu (slow) (starting it takes 100 s, and all of the picture "),
+        "{said}"
+    );
+    assert!(said.contains("saves 100 s"), "{said}");
+    assert_eq!(same, expected);
+    let (same, said) = left_open(&MARCH, &json!([]), "gpu (slow)");
+    assert!(said.contains("see plan --calibrate"), "{said}");
+    assert_eq!(same, expected);
+    for target in [["--error", "20%"], ["--time", "10s"]] {
+        let options = [&target[..], &["--backend", "auto"]].concat();
+        let (_, said) = left_open(&options, &slow, "gpu (slow)");
+        assert!(
+            said.contains("left out: gpu (slow) (starting it takes 100 s, and"),
+            "{said}"
+        );
+        assert!(said.contains(" on cpu: "), "{said}");
+    }
+}
+
+#[test]
+fn a_gpu_that_pays_is_started() {
+    let Some(context) = gpu("a_gpu_that_pays_is_started") else {
+        return;
+    };
+    let software = if context.is_software() {
+        ", software"
+    } else {
+        ""
+    };
+    let name = format!("gpu ({}{software})", context.adapter().name);
+    let quick = json!([{"backend": &name, "seconds": 1e-9}]);
+    let (_, said) = left_open(&MARCH, &quick, &name);
+    assert!(
+        said.contains(&format!("on {name}: expected after ")),
+        "{said}"
+    );
+    // One that is gone is no reason to fail.
+    let gone = json!([{"backend": "gpu (gone)", "seconds": 1e-9}]);
+    let (_, said) = left_open(&MARCH, &gone, "gpu (gone)");
+    assert!(
+        said.contains("left out: gpu (gone) (it is not here)"),
+        "{said}"
+    );
 }

@@ -24,8 +24,8 @@ pub struct Unmet {
 
 impl Forecast {
     /// The setting that meets a target: the fastest within an error, or the most accurate
-    /// within a time. The time is [`Prediction::seconds`] for so many frames. Of equal settings
-    /// the first is taken.
+    /// within a time. The time is [`Prediction::seconds`] for so many frames, the start of the
+    /// backend included. Of equal settings the first is taken.
     ///
     /// # Errors
     /// [`Unmet`] if no setting meets the target.

@@ -15,7 +15,10 @@ pub struct Prediction {
     pub quality: u32,
     /// The unit of the quality.
     pub unit: &'static str,
-    /// Seconds before the first frame.
+    /// Seconds that the backend takes to start: until its device is ready, and what the first
+    /// frame takes longer than later ones. 0 if it runs already.
+    pub start: f64,
+    /// Seconds before the first frame, after the start.
     pub once: f64,
     /// Seconds per frame.
     pub frame: f64,
@@ -65,10 +68,10 @@ pub struct Forecast {
 }
 
 impl Prediction {
-    /// Seconds per frame, if so many frames share what is made before the first; the number may
-    /// be infinite.
+    /// Seconds per frame, if so many frames share the start of the backend and what is made
+    /// before the first frame; the number may be infinite.
     pub fn seconds(&self, frames: f64) -> f64 {
-        self.frame + self.once / frames
+        self.frame + (self.start + self.once) / frames
     }
 }
 
@@ -95,7 +98,11 @@ impl fmt::Display for Prediction {
             1e3 * self.frame,
             1e3 * self.once,
             100.0 * self.rmse,
-        )
+        )?;
+        match self.start > 0.0 {
+            true => write!(f, ", {:.0} ms to start", 1e3 * self.start),
+            false => Ok(()),
+        }
     }
 }
 
@@ -105,15 +112,16 @@ impl fmt::Display for Forecast {
         let width = width.unwrap_or(0).max(6);
         writeln!(
             f,
-            "{:width$}  {:>7}  {:>10}  {:>10}  {:>9}  {:>9}  {:>8}  known",
-            "method", "quality", "once ms", "frame ms", "MiB", "RMSE %", "±",
+            "{:width$}  {:>7}  {:>8}  {:>10}  {:>10}  {:>9}  {:>9}  {:>8}  known",
+            "method", "quality", "start ms", "once ms", "frame ms", "MiB", "RMSE %", "±",
         )?;
         for row in &self.rows {
             writeln!(
                 f,
-                "{:width$}  {:>7}  {:>10.3}  {:>10.3}  {:>9.2}  {:>9.4}  {:>8.4}  {}, {}",
+                "{:width$}  {:>7}  {:>8.0}  {:>10.3}  {:>10.3}  {:>9.2}  {:>9.4}  {:>8.4}  {}, {}",
                 row.method,
                 row.quality,
+                1e3 * row.start,
                 1e3 * row.once,
                 1e3 * row.frame,
                 row.bytes as f64 / f64::from(1 << 20),

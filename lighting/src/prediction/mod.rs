@@ -18,6 +18,12 @@
 //! the time that a [`Store`](crate::methods::Store) reports for what the setting needs,
 //! including things that other settings share.
 //!
+//! A backend that has to be started takes `start` seconds more before its first frame: those
+//! until its device is ready, and those that the first frame takes longer than later ones, in
+//! which shaders are compiled. `N` frames then take `start + once + N t` seconds, and a backend
+//! on which each setting is finished later than elsewhere need not be started
+//! ([`Forecast::slow_starts`]).
+//!
 //! # Error
 //! The relative RMSE over the pixels `i` whose truth is known. They have the radiance `xᵢ` and the
 //! reference radiance `rᵢ`:
@@ -44,7 +50,9 @@
 //! # The profile
 //! A [`Profile`] holds the seconds per unit of counted work for each method on each backend, as
 //! medians over the scenes that it was learned from. It tells which settings are too expensive
-//! to probe, and how long the probe takes.
+//! to probe, and how long the probe takes. It also holds how long each backend takes to start,
+//! so that one that would take too long is not started to find out
+//! ([`Profile::first_picture`]).
 //!
 //! # Limits
 //! Cells are about 30 pixels wide: light that only single pixels have is missed or overrated.
@@ -57,12 +65,14 @@ mod interpolate;
 mod probe;
 mod profile;
 mod sample;
+mod start;
 
 pub use choice::{Target, Unmet};
 pub use forecast::{Forecast, Known, Prediction, Skipped};
 pub use probe::{Probe, Setting};
 pub use profile::{Costs, Profile};
 pub use sample::{Judged, Sample};
+pub use start::SlowStart;
 
 #[cfg(test)]
 mod tests;

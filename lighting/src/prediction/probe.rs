@@ -4,6 +4,7 @@ use gpu_backend::{Backend, BufferOf, Download};
 
 use super::error::{Estimate, estimate};
 use super::interpolate::along_logarithms;
+use super::profile::{self, counted};
 use super::{Forecast, Judged, Known, Prediction, Profile, Sample, Skipped};
 use crate::Ray;
 use crate::methods::{
@@ -47,6 +48,9 @@ pub struct Probe<'a> {
     /// Seconds that the probe may take, estimated from counted work and the profile; infinity
     /// probes everything.
     pub seconds: f64,
+    /// Seconds until the device of the backend was ready; `None` if the start of the backend is
+    /// not to be counted, or if it has none, as the CPU.
+    pub start: Option<f64>,
     /// A clock: seconds since any fixed moment.
     pub clock: &'a dyn Fn() -> f64,
 }
@@ -67,6 +71,8 @@ struct Run {
     once: f64,
     bytes: u64,
     error: Estimate,
+    /// The time of the first frame with more rays.
+    first: f64,
     /// If it was timed, the shortest times with fewer and with more rays.
     times: Option<[f64; 2]>,
 }
@@ -221,16 +227,21 @@ impl Probe<'_> {
         }
     }
 
+    /// Seconds until a backend has started and compiled what a method needs, of whose settings
+    /// the first one that ran waited for that.
+    fn start(&self, own: &[&Run]) -> f64 {
+        let Some(device) = self.start else {
+            return 0.0;
+        };
+        let longer = own.iter().filter_map(|run| Some(run.first - run.times?[1]));
+        device + longer.fold(0.0, f64::max)
+    }
+
     fn work(&self, setting: &Setting) -> Work {
         setting
             .entry
             .method()
             .work(&self.inputs_of(setting), setting.quality)
-    }
-
-    /// Counted work of a frame with so many rays.
-    fn counted(work: &Work, rays: usize) -> f64 {
-        (work.per_frame + work.per_ray * rays as f64).max(1.0)
     }
 
     /// The numbers of rays in the two runs of a setting.
@@ -244,7 +255,7 @@ impl Probe<'_> {
 
     fn cost(&self, label: &str, setting: &Setting, work: &Work) -> Cost {
         let known = self.profile.costs(label, &setting.entry.about().name);
-        let [fewer, more] = self.rays(setting).map(|rays| Self::counted(work, rays));
+        let [fewer, more] = self.rays(setting).map(|rays| counted(work, rays));
         let repeated = match fewer == more {
             true => more,
             false => fewer + more,
@@ -268,7 +279,7 @@ impl Probe<'_> {
         self.inputs.host.watch_use();
         on::<B>(setting)?.prepare(frame, setting.quality)?;
         frame.backend.wait()?;
-        let radiance = self.radiance(frame, setting)?.1;
+        let (first, radiance) = self.radiance(frame, setting)?;
         let mut used = frame.store.used();
         if !is_same(frame.store, self.inputs.host) {
             used.extend(self.inputs.host.used());
@@ -286,6 +297,7 @@ impl Probe<'_> {
             once: used.iter().map(|used| used.seconds).sum(),
             bytes: used.iter().map(|used| used.bytes).sum(),
             error: estimate(&light, self.judged),
+            first,
             times: is_timed.then_some([f64::INFINITY; 2]),
         })
     }
@@ -339,7 +351,7 @@ impl Probe<'_> {
         let setting = &settings[index];
         let about = setting.entry.about();
         let rays = self.sample.of();
-        let counted = |index: usize| Self::counted(&works[index], rays);
+        let counted = |index: usize| profile::counted(&works[index], rays);
         let quality = |index: usize| f64::from(settings[index].quality.max(1));
         let timed = own.iter().filter_map(|run| {
             let time = self.frame_time(&settings[run.setting], run.times?);
@@ -369,6 +381,7 @@ impl Probe<'_> {
             backend: String::new(),
             quality: setting.quality,
             unit: about.quality,
+            start: self.start(own),
             once: it.map_or_else(
                 || over(&made, work, index).unwrap_or(nearest.once),
                 |run| run.once,

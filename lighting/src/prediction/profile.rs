@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Forecast, Known};
+use crate::methods::Work;
 
 /// Seconds per unit of [counted work](crate::methods::Work) of a method on a backend.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +27,12 @@ impl Costs {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile {
     costs: BTreeMap<(String, String), Costs>,
+    starts: BTreeMap<String, f64>,
+}
+
+/// Counted work of a frame with so many rays.
+pub(super) fn counted(work: &Work, rays: usize) -> f64 {
+    (work.per_frame + work.per_ray * rays as f64).max(1.0)
 }
 
 impl Profile {
@@ -35,9 +42,24 @@ impl Profile {
     }
 
     /// A profile with the median costs of each method over what was probed of some scenes.
-    /// Costs that were not probed are assumed.
+    /// Costs that were not probed are assumed. A backend starts in the shortest time of any
+    /// method in a scene, and in the longest of these times, because a driver starts faster when
+    /// it has been started before.
     pub fn learned<'a>(forecasts: impl IntoIterator<Item = &'a Forecast>) -> Self {
         let mut all: BTreeMap<(String, String), Vec<Costs>> = BTreeMap::new();
+        let forecasts: Vec<&Forecast> = forecasts.into_iter().collect();
+        let mut starts: BTreeMap<String, f64> = BTreeMap::new();
+        for forecast in &forecasts {
+            let mut shortest: BTreeMap<&str, f64> = BTreeMap::new();
+            for row in forecast.rows.iter().filter(|row| row.start > 0.0) {
+                let start = shortest.entry(&row.backend).or_insert(row.start);
+                *start = start.min(row.start);
+            }
+            for (backend, start) in shortest {
+                let longest = starts.entry(backend.into()).or_insert(start);
+                *longest = longest.max(start);
+            }
+        }
         let rows = forecasts.into_iter().flat_map(|forecast| &forecast.rows);
         for row in rows.filter(|row| row.known == Known::Probed) {
             let key = (row.backend.clone(), row.method.clone());
@@ -56,12 +78,33 @@ impl Profile {
                 .into_iter()
                 .map(|(key, some)| (key, of(&some)))
                 .collect(),
+            starts,
         }
     }
 
     /// Sets the costs of a method, in place of earlier ones.
     pub fn insert(&mut self, backend: &str, method: &str, costs: Costs) {
         self.costs.insert((backend.into(), method.into()), costs);
+    }
+
+    /// Sets the seconds that a backend takes to start.
+    pub fn insert_start(&mut self, backend: &str, seconds: f64) {
+        self.starts.insert(backend.into(), seconds);
+    }
+
+    /// The seconds that backends take to start, by backend, as far as they are known.
+    pub fn starts(&self) -> impl Iterator<Item = (&str, f64)> {
+        let all = self.starts.iter();
+        all.map(|(backend, seconds)| (backend.as_str(), *seconds))
+    }
+
+    /// Seconds until a method of this work has made a first picture of so many rays on a
+    /// backend that has to be started. A start that is not known counts as 0, as that of the
+    /// CPU is.
+    pub fn first_picture(&self, backend: &str, method: &str, work: &Work, rays: usize) -> f64 {
+        let costs = self.costs(backend, method);
+        let start = self.starts.get(backend).copied().unwrap_or(0.0);
+        start + costs.once * work.once + costs.frame * counted(work, rays)
     }
 
     /// The known costs of a method, or the assumed ones.

@@ -6,6 +6,7 @@ use reference::random::Random;
 use super::error::estimate;
 use super::interpolate::along_logarithms;
 use super::*;
+use crate::methods::Work;
 use crate::scene::Emission;
 use crate::{Emitter, Ray};
 
@@ -16,6 +17,7 @@ fn row(method: &str, quality: u32, once: f64, frame: f64, rmse: f64) -> Predicti
         backend: "cpu".into(),
         quality,
         unit: "steps",
+        start: 0.0,
         once,
         frame,
         bytes: 1 << 20,
@@ -54,6 +56,115 @@ fn the_choice_is_the_best_that_meets_the_target() {
     assert_eq!(chosen(Target::Error(0.001), 1.0), ("exact", 2));
     assert_eq!(chosen(Target::Time(10e-3), 1.0), ("march", 64));
     assert_eq!(chosen(Target::Time(1.0), many), ("exact", 2));
+}
+
+/// The same settings on a second backend that has to be started.
+fn started(rows: &[Prediction], start: f64, faster: impl Fn(usize) -> f64) -> Forecast {
+    let others = rows.iter().enumerate().map(|(index, row)| Prediction {
+        backend: "gpu".into(),
+        start,
+        frame: row.frame / faster(index),
+        ..row.clone()
+    });
+    Forecast {
+        rows: rows.iter().cloned().chain(others).collect(),
+        skipped: Vec::new(),
+    }
+}
+
+#[test]
+fn a_backend_that_starts_for_longer_than_its_frames_save_is_named() {
+    let rows = [
+        row("march", 8, 0.0, 1e-3, 0.2),
+        row("march", 64, 0.5, 8e-3, 0.02),
+    ];
+    let forecast = started(&rows, 0.0725, |_| 8.0);
+    let slow = forecast.slow_starts(1.0);
+    assert_eq!(slow.len(), 1);
+    assert_eq!((slow[0].backend.as_str(), slow[0].start), ("gpu", 0.0725));
+    // 7 ms are saved by each frame with 64 steps.
+    assert_eq!(slow[0].pays_from, 11.0);
+    assert!(
+        (slow[0].saving - 0.0655).abs() < 1e-12,
+        "{}",
+        slow[0].saving
+    );
+    assert_eq!(forecast.slow_starts(10.0).len(), 1);
+    for frames in [11.0, 1e9, f64::INFINITY] {
+        assert!(forecast.slow_starts(frames).is_empty(), "{frames}");
+    }
+    // What runs already, what is fast at once, and what only it has is worth it.
+    assert!(started(&rows, 0.0, |_| 0.5).slow_starts(1.0).is_empty());
+    assert!(started(&rows, 1e-3, |_| 8.0).slow_starts(1.0).is_empty());
+    let mut alone = forecast.clone();
+    alone.rows.remove(0);
+    assert!(alone.slow_starts(1.0).is_empty());
+    // It never pays where its frames are slower.
+    let never = started(&rows, 0.07, |_| 0.5).slow_starts(1e6);
+    assert_eq!(never[0].pays_from, f64::INFINITY);
+}
+
+#[test]
+fn no_choice_is_finished_later_without_slow_starts() {
+    let mut random = Random::new(17);
+    let (mut named, mut kept) = (0, 0);
+    for _ in 0..300 {
+        let rows: Vec<Prediction> = (0..8)
+            .map(|quality| {
+                let [once, frame] = [1e-4, 1e-3].map(|low| random.log_uniform(low, 1.0));
+                row("any", quality, once, frame, random.log_uniform(1e-5, 1.0))
+            })
+            .collect();
+        let gains: Vec<f64> = rows.iter().map(|_| random.log_uniform(0.5, 10.0)).collect();
+        let all = started(&rows, random.log_uniform(1e-2, 10.0), |index| gains[index]);
+        let frames = random.log_uniform(1.0, 100.0).floor();
+        let slow = all.slow_starts(frames);
+        if slow.is_empty() {
+            kept += 1;
+            continue;
+        }
+        named += 1;
+        assert!(slow[0].saving > 0.0 || slow[0].saving.abs() < 1e-12);
+        let without = Forecast {
+            rows: rows.clone(),
+            skipped: Vec::new(),
+        };
+        let target = Target::Error(random.log_uniform(1e-4, 1.0));
+        match (all.choose(target, frames), without.choose(target, frames)) {
+            (Ok(a), Ok(b)) => assert!(b.seconds(frames) <= a.seconds(frames)),
+            (Err(_), Err(_)) => {}
+            (a, b) => panic!("{a:?} {b:?}"),
+        }
+    }
+    assert!(named > 30 && kept > 30, "{named} {kept}");
+}
+
+#[test]
+fn a_profile_knows_how_long_backends_start() {
+    let rows = [
+        row("march", 8, 0.0, 1e-3, 0.2),
+        row("exact", 8, 0.0, 1e-3, 0.2),
+    ];
+    let mut first = started(&rows, 0.8, |_| 1.0);
+    first.rows[3].start = 0.9;
+    let learned = Profile::learned([&first, &started(&rows, 0.1, |_| 1.0)]);
+    assert_eq!(learned.starts().collect::<Vec<_>>(), [("gpu", 0.8)]);
+    let work = Work {
+        once: 1e6,
+        per_ray: 10.0,
+        ..Work::default()
+    };
+    let mut profile = Profile::new();
+    let costs = Costs {
+        once: 1e-8,
+        frame: 1e-9,
+    };
+    profile.insert("gpu", "march", costs);
+    let without = profile.first_picture("gpu", "march", &work, 1000);
+    assert!((without - 1.001e-2).abs() < 1e-9, "{without}");
+    profile.insert_start("gpu", 0.5);
+    let with = profile.first_picture("gpu", "march", &work, 1000);
+    assert!((with - without - 0.5).abs() < 1e-9, "{with}");
 }
 
 #[test]

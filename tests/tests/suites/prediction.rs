@@ -56,6 +56,7 @@ fn forecast(scene: &TestScene, truth: &Reference, pixels: usize, seconds: f64) -
         judged: &judged(&sample, truth, pixels / 2),
         profile: &Profile::new(),
         seconds,
+        start: None,
         clock: &|| {
             now.set(now.get() + 1e-3);
             now.get()
