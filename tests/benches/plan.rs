@@ -10,9 +10,9 @@ use gpu_backend::gpu::{Context, Gpu};
 use lighting::Emitter;
 use lighting::methods::{Registry, Store, share_tracer};
 use lighting::plan::Plan;
-use lighting::scene::Emission;
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
+use lighting::scene::{AreaEmitters, AreaLight, AreaShape, Emission, Pattern};
 use reference::scenes::TestScene;
 
 const SIZE: [u32; 2] = [480, 270];
@@ -52,6 +52,46 @@ fn shadows(criterion: &mut Criterion) {
             b.iter(|| {
                 let plan = Plan::of_frame(&frame).expect("a plan");
                 assert_eq!(plan.unshadowed(), [0]);
+                let closed = methods.unshadowed(&entry, quality);
+                let (closed, quality) = closed.expect("a method");
+                image(&cpu, frame, &closed, quality)
+            });
+        });
+    }
+    group.finish();
+}
+
+/// The same of a small glowing disk, by the points that represent it.
+fn shadows_of_areas(criterion: &mut Criterion) {
+    let methods = Registry::standard();
+    let mut group = criterion.benchmark_group("plan/shadows of an area light that casts none");
+    let mut scene = TestScene::new(Embedded::City, SIZE[0] / 2, SIZE[1] / 2);
+    let way = scene.camera.direction(0.5, 0.3, 1, 1);
+    let light = AreaLight {
+        shape: AreaShape::Disk,
+        corner: scene.camera.eye() + 3.0 * way,
+        // It shines towards the eye.
+        edges: [0.2 * way.cross(Vec3::X), 0.2 * Vec3::X],
+        radiance: Vec3::ONE,
+        ..AreaLight::default()
+    };
+    scene.emitters = light.virtual_lights(Pattern::Lattice, 16).expect("a light");
+    let emitters = 0..scene.emitters.len();
+    scene.areas = vec![AreaEmitters { light, emitters }];
+    let host = Store::new();
+    share_tracer(&host, &Tracer::new(&scene.geometry).into());
+    let frame = inputs(&scene, 512, &host);
+    let cpu = Cpu::new();
+    for name in ["march x midpoint", "exact x quadrature"] {
+        let entry = methods.find(name).expect("a method of the list");
+        let quality = entry.about().usual;
+        group.bench_function(BenchmarkId::new("forced", name), |b| {
+            b.iter(|| image(&cpu, frame, &entry, quality));
+        });
+        group.bench_function(BenchmarkId::new("planned", name), |b| {
+            b.iter(|| {
+                let plan = Plan::of_frame(&frame).expect("a plan");
+                assert_eq!(plan.unshadowed().len(), scene.emitters.len());
                 let closed = methods.unshadowed(&entry, quality);
                 let (closed, quality) = closed.expect("a method");
                 image(&cpu, frame, &closed, quality)
@@ -147,6 +187,6 @@ criterion_group! {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_secs(1));
-    targets = shadows, lights, questions, starts
+    targets = shadows, shadows_of_areas, lights, questions, starts
 }
 criterion_main!(benches);

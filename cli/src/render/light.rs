@@ -172,10 +172,15 @@ impl Job<'_> {
         };
         let is_possible = !matches!(entry.applies(&kept), Verdict::Impossible(_));
         let sees_all = entry.sees_cover() || !inputs.is_covered()?;
-        let unshadowed = match runs && is_possible && sees_all {
+        let mut unshadowed = match runs && is_possible && sees_all {
             true => plan.unshadowed().to_vec(),
             false => Vec::new(),
         };
+        if entry.halves().is_none() {
+            // Methods for area lights choose their own points, which these are not.
+            let has_area = |index: &usize| areas.iter().any(|area| area.emitters.contains(index));
+            unshadowed.retain(|index| !has_area(index));
+        }
         Ok((plan, unshadowed))
     }
 

@@ -150,9 +150,10 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
     };
     let plan = shot.planned(plan, &input)?;
     for part in plan.left_out() {
-        let is_of_lights = match part.subject {
+        let is_of_lights = match &part.subject {
             Subject::Airlight | Subject::Emitters(_) => true,
-            Subject::Shadows(_) => shot.unshadowed.is_some(),
+            Subject::Shadows(emitters) => (shot.unshadowed.as_ref())
+                .is_some_and(|all| emitters.iter().all(|index| all.emitters.contains(index))),
             _ => false,
         };
         if is_of_lights {

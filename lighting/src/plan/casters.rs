@@ -13,6 +13,10 @@
 //! 3. If a triangle counts, the part is divided into four. A part of few rays is tested ray by
 //!    ray.
 //!
+//! The same is done for an area light, whose hull has the corners of its rectangle, so that
+//! the answer holds for every point of it and not only for those that represent it. Its last
+//! step is that of single rays, because a ray and an area are not tested exactly.
+//!
 //! So a light is never called unshadowed if exact visibility finds a shadow of it. It may be
 //! called shadowed though it is not: in a scene with hair or smoke, if the box around these is
 //! in the way; and where the question would take more than [`BOXES_PER_RAY`] boxes of the BVH
@@ -22,14 +26,18 @@ use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::{DVec2, DVec3, Vec3};
 use gpu_backend::Cpu;
 
 use super::hull::{Span, hull, is_behind_all};
 use crate::culling::RayTiles;
-use crate::hull::Place;
+use crate::hull::{MARGIN, Place};
 use crate::methods::{FrameInputs, MethodError};
 use crate::scene::trace::Tracer;
-use crate::scene::{Bounds, Caster, Emitter};
+use crate::scene::{
+    AreaLight, AreaShape, AreaSurface, Bounds, Caster, Emission, Emitter, Interval, Medium,
+    SceneError,
+};
 use crate::visibility::{Exact, may_shadow};
 use crate::{LightPath, Ray};
 
@@ -62,6 +70,79 @@ pub(super) struct Search<'a> {
     tiles: Option<RayTiles>,
 }
 
+/// A light, as casters are looked for in its way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Source<'a> {
+    /// What the light is the convex hull of: itself, or the corners of an area.
+    corners: &'a [Emitter],
+    /// Points whose shadows are looked for to begin with.
+    points: &'a [Emitter],
+}
+
+impl<'a> Source<'a> {
+    /// A light without an area.
+    pub(super) fn new(emitter: &'a Emitter) -> Self {
+        let one = std::slice::from_ref(emitter);
+        Self {
+            corners: one,
+            points: one,
+        }
+    }
+
+    /// An area light, given by its [corners] and by some of its points, at least one.
+    pub(super) fn area(corners: &'a [Emitter; 4], points: &'a [Emitter]) -> Self {
+        Self { corners, points }
+    }
+
+    fn is_area(&self) -> bool {
+        self.corners.len() > 1
+    }
+
+    /// What the light can reach of a ray.
+    fn span(&self, ray: &Ray, medium: &Medium) -> Option<Interval> {
+        let paths = self.corners.iter();
+        let spans = paths.filter_map(|corner| Some(LightPath::new(ray, corner, medium)?.span()));
+        let all = spans.reduce(|a, b| Interval::new(a.start.min(b.start), a.end.max(b.end)))?;
+        if !self.is_area() {
+            return Some(all);
+        }
+        // Points between the corners may reach a little more, because of rounding.
+        let more = |x: f32| 1e-5 * x.min(f32::MAX);
+        let start = (all.start - more(all.start)).max(0.0);
+        Some(Interval::new(
+            start,
+            (all.end + more(all.end)).min(ray.length()),
+        ))
+    }
+}
+
+/// The corners of an area light in order around it, as points that emit like it.
+///
+/// # Errors
+/// Those of [`AreaSurface::new`] and [`Emitter::point`].
+pub(super) fn corners(light: &AreaLight) -> Result<[Emitter; 4], SceneError> {
+    // The surface of an ellipse touches the edges of its rectangle.
+    let rectangle = AreaLight {
+        shape: AreaShape::Rectangle,
+        texture: None,
+        ..light.clone()
+    };
+    let surface = AreaSurface::new(&rectangle)?;
+    let corner = |x: f64, y: f64| {
+        let (position, _) = surface.point(DVec2::new(x, y));
+        let emission = Emission::Cosine {
+            normal: surface.normal(),
+        };
+        Emitter::point(position, Vec3::ONE, f32::INFINITY, emission)
+    };
+    Ok([
+        corner(0.0, 0.0)?,
+        corner(1.0, 0.0)?,
+        corner(1.0, 1.0)?,
+        corner(0.0, 1.0)?,
+    ])
+}
+
 /// Rays that the light may reach, with the lit span of each.
 struct Part<'a> {
     rays: &'a [u32],
@@ -82,9 +163,9 @@ impl<'a> Search<'a> {
     }
 
     /// Whether everything in the view that the light reaches is wholly lit.
-    pub(super) fn is_unshadowed(&mut self, emitter: &Emitter) -> bool {
+    pub(super) fn is_unshadowed(&mut self, source: Source<'_>) -> bool {
         let count = self.inputs.rays.len();
-        if count == 0 || !self.sample_is_lit(emitter, count, |index| index) {
+        if count == 0 || !self.sample_is_lit(source, count, |index| index) {
             return false;
         }
         if self.tiles.is_none() {
@@ -95,15 +176,18 @@ impl<'a> Search<'a> {
         let Some(tiles) = &self.tiles else {
             return false;
         };
-        let reached = tiles.reached(emitter);
+        let reached = match source.is_area() {
+            true => None,
+            false => tiles.reached(&source.corners[0]),
+        };
         let rays = reached.as_deref().unwrap_or(tiles.order());
-        if !self.sample_is_lit(emitter, rays.len(), |index| rays[index] as usize) {
+        if !self.sample_is_lit(source, rays.len(), |index| rays[index] as usize) {
             return false;
         }
         let is_over = AtomicBool::new(false);
         let parts = rays.chunks(PART).collect::<Vec<_>>();
         let lit = Cpu::new().map(parts.len(), |part| {
-            let is_lit = !is_over.load(Ordering::Relaxed) && self.part_is_lit(emitter, parts[part]);
+            let is_lit = !is_over.load(Ordering::Relaxed) && self.part_is_lit(source, parts[part]);
             if !is_lit {
                 is_over.store(true, Ordering::Relaxed);
             }
@@ -112,9 +196,18 @@ impl<'a> Search<'a> {
         lit.into_iter().all(|is_lit| is_lit)
     }
 
-    fn sample_is_lit(&self, emitter: &Emitter, count: usize, ray: impl Fn(usize) -> usize) -> bool {
+    fn sample_is_lit(
+        &self,
+        source: Source<'_>,
+        count: usize,
+        ray: impl Fn(usize) -> usize,
+    ) -> bool {
         let sample = SAMPLE.min(count);
-        (0..sample).all(|i| self.ray_is_lit(emitter, &self.inputs.rays[ray(i * count / sample)]))
+        let points = source.points;
+        (0..sample).all(|i| {
+            let ray = &self.inputs.rays[ray(i * count / sample)];
+            self.ray_is_lit(&points[i % points.len()], ray)
+        })
     }
 
     fn ray_is_lit(&self, emitter: &Emitter, ray: &Ray) -> bool {
@@ -126,13 +219,12 @@ impl<'a> Search<'a> {
         self.boxes.iter().all(is_clear) && self.exact.is_wholly_lit(&path)
     }
 
-    fn part_is_lit(&self, emitter: &Emitter, rays: &[u32]) -> bool {
+    fn part_is_lit(&self, source: Source<'_>, rays: &[u32]) -> bool {
         let span = |ray: &u32| {
             let whole = &self.inputs.rays[*ray as usize];
-            let path = LightPath::new(whole, emitter, self.inputs.medium)?;
             let span = Span {
                 direction: whole.direction().as_dvec3().normalize(),
-                lit: path.span(),
+                lit: source.span(whole, self.inputs.medium)?,
             };
             Some((*ray, span))
         };
@@ -142,38 +234,42 @@ impl<'a> Search<'a> {
             spans: &spans,
         };
         let mut boxes = BOXES_PER_RAY * rays.len();
-        self.is_lit(emitter, part, &mut boxes)
+        self.is_lit(source, part, &mut boxes)
     }
 
     /// Whether a part is wholly lit. At most `boxes` may still be visited; the number is
     /// reduced by those that are.
-    fn is_lit(&self, emitter: &Emitter, part: Part<'_>, boxes: &mut usize) -> bool {
+    fn is_lit(&self, source: Source<'_>, part: Part<'_>, boxes: &mut usize) -> bool {
         let count = part.rays.len();
-        if count == 0 || self.hull_is_clear(emitter, &part, boxes) {
+        if count == 0 || self.hull_is_clear(source, &part, boxes) {
             return true;
         }
-        if count <= FEW {
+        if source.is_area() && (count == 1 || *boxes == 0) {
+            return false;
+        }
+        if count <= FEW && !source.is_area() {
             return part.rays.iter().all(|ray| {
                 let Some(left) = boxes.checked_sub(BOXES_OF_A_RAY) else {
                     return false;
                 };
                 *boxes = left;
-                self.ray_is_lit(emitter, &self.inputs.rays[*ray as usize])
+                self.ray_is_lit(&source.corners[0], &self.inputs.rays[*ray as usize])
             });
         }
         let quarter = count.div_ceil(4);
         let quarters = part.rays.chunks(quarter).zip(part.spans.chunks(quarter));
         quarters.into_iter().all(|(rays, spans)| {
             let part = Part { rays, spans };
-            self.is_lit(emitter, part, boxes)
+            self.is_lit(source, part, boxes)
         })
     }
 
     /// Whether nothing that may cast a shadow lies between the light and the spans of a part.
-    fn hull_is_clear(&self, emitter: &Emitter, part: &Part<'_>, boxes: &mut usize) -> bool {
+    fn hull_is_clear(&self, source: Source<'_>, part: &Part<'_>, boxes: &mut usize) -> bool {
         let eye = self.inputs.rays[part.rays[0] as usize].origin().as_dvec3();
-        let light = Place::of(emitter, eye);
-        let Some(hull) = hull(part.spans, light) else {
+        let corners = source.corners.iter();
+        let light: Vec<Place> = corners.map(|corner| Place::of(corner, eye)).collect();
+        let Some(hull) = hull(part.spans, &light) else {
             return false;
         };
         let may_meet = |bounds: &Bounds| {
@@ -202,7 +298,7 @@ impl<'a> Search<'a> {
                 }
                 asked.set(asked.get() + part.spans.len() / SPANS_PER_BOX);
                 let is_end = |span: usize| self.ends_on(part.rays[span], index);
-                if !is_behind_all(&corners, light, part.spans, is_end) {
+                if !is_behind_all(&corners, &light, part.spans, is_end) {
                     is_clear.set(false);
                 }
             },
@@ -212,10 +308,31 @@ impl<'a> Search<'a> {
         is_clear.get() && is_whole
     }
 
-    /// Whether a ray ends on a triangle. Such a triangle does not block the ray's light.
+    /// Whether a ray ends on a triangle or in its plane. Such a triangle does not block the
+    /// ray's light.
     fn ends_on(&self, ray: u32, triangle: usize) -> bool {
         let hit = self.inputs.hits.get(ray as usize).copied().flatten();
         let length = self.inputs.rays[ray as usize].length();
-        hit.is_some_and(|hit| hit.triangle as usize == triangle && length <= hit.distance)
+        hit.is_some_and(|hit| {
+            let end = hit.triangle as usize;
+            length <= hit.distance && (end == triangle || self.are_coplanar(end, triangle))
+        })
+    }
+
+    /// Whether two triangles are in one plane, up to [`MARGIN`], as those of a flat wall are.
+    fn are_coplanar(&self, a: usize, b: usize) -> bool {
+        let all = self.inputs.geometry.triangles();
+        let (Some(a), Some(b)) = (all.get(a), all.get(b)) else {
+            return false;
+        };
+        let [a, b] = [a, b].map(|triangle| triangle.map(|corner| corner.as_dvec3()));
+        let Some(normal) = (a[1] - a[0]).cross(a[2] - a[0]).try_normalize() else {
+            return false;
+        };
+        let is_on = |corner: DVec3| {
+            let scale = a[0].abs().max_element() + corner.abs().max_element();
+            normal.dot(corner - a[0]).abs() <= MARGIN * scale
+        };
+        b.into_iter().all(is_on)
     }
 }

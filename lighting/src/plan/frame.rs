@@ -1,6 +1,6 @@
 //! Plans that know a whole frame.
 
-use super::casters::Search;
+use super::casters::{Search, Source, corners};
 use super::{LeftOut, Pass, Plan, Reason, Saving, Subject};
 use crate::culling;
 use crate::methods::{FrameInputs, MethodError};
@@ -18,8 +18,9 @@ impl Plan {
     /// lights nothing blocks, which shadows can be precomputed for all frames, and what methods
     /// leave out by themselves under conditions that they test in the frame.
     ///
-    /// Points of area lights are not tested, because methods choose their own points; nor is
-    /// any light if the medium is heterogeneous.
+    /// The points of an area light are unshadowed if no caster is in the way of any point of
+    /// its area, so that this holds for the points that methods choose, too. No light is tested
+    /// if the medium is heterogeneous.
     ///
     /// A light that casts shadows on most of the view costs 64 shadow rays. Other lights cost
     /// at most 16 boxes of the BVH per ray.
@@ -97,14 +98,27 @@ impl Plan {
     }
 
     fn find_unshadowed(&mut self, inputs: &FrameInputs<'_>) -> Result<(), MethodError> {
-        let has_area = |index: usize| {
-            let mut areas = inputs.areas.iter();
-            areas.any(|area| area.emitters.contains(&index))
-        };
         let mut search = Search::new(inputs)?;
+        let mut areas = Vec::new();
+        for area in inputs.areas {
+            let is_needed = self
+                .emitters
+                .iter()
+                .any(|index| area.emitters.contains(index));
+            let points = inputs.emitters.get(area.emitters.clone());
+            let points = points.filter(|points| is_needed && !points.is_empty());
+            // A light without sound corners has no points that methods could choose.
+            let is_clear = (points.zip(corners(&area.light).ok()))
+                .is_some_and(|(some, corners)| search.is_unshadowed(Source::area(&corners, some)));
+            areas.push((area.emitters.clone(), is_clear));
+        }
         let all = self.emitters.iter().copied();
-        let (unshadowed, shadowed): (Vec<usize>, Vec<usize>) = all
-            .partition(|index| !has_area(*index) && search.is_unshadowed(&inputs.emitters[*index]));
+        let (unshadowed, shadowed): (Vec<usize>, Vec<usize>) = all.partition(|index| {
+            match areas.iter().find(|(emitters, _)| emitters.contains(index)) {
+                Some((_, is_clear)) => *is_clear,
+                None => search.is_unshadowed(Source::new(&inputs.emitters[*index])),
+            }
+        });
         if unshadowed.is_empty() {
             return Ok(());
         }

@@ -19,11 +19,12 @@ impl Span {
     }
 }
 
-/// The convex hull of a light and of the spans of some rays from one eye. It contains the path
-/// of light to every point of these spans. Positions are relative to the eye.
+/// The convex hull of a light, given by its corners, and of the spans of some rays from one
+/// eye. It contains the path of light to every point of these spans. Positions are relative to
+/// the eye.
 ///
 /// `None` if the directions of the rays differ too much.
-pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
+pub(super) fn hull(spans: &[Span], light: &[Place]) -> Option<Hull> {
     let sum: DVec3 = spans.iter().map(|span| span.direction).sum();
     let axis = sum.try_normalize()?;
     let (across, up) = axis.any_orthonormal_pair();
@@ -56,7 +57,7 @@ pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
     };
     let places: Vec<Place> = (corners.iter().map(|corner| Place::At(near * *corner)))
         .chain(corners.map(far_place))
-        .chain([light])
+        .chain(light.iter().copied())
         .collect();
     let normals = normals(axis, &corners, [near, far], light);
     let both = normals.into_iter().flat_map(|normal| [normal, -normal]);
@@ -65,16 +66,21 @@ pub(super) fn hull(spans: &[Span], light: Place) -> Option<Hull> {
 
 /// Normals of planes that may separate a hull from what is outside: those of the axes, of the
 /// pyramid of rays, and of planes through its edges and the light.
-fn normals(axis: DVec3, corners: &[DVec3; 4], depths: [f64; 2], light: Place) -> Vec<DVec3> {
+fn normals(axis: DVec3, corners: &[DVec3; 4], depths: [f64; 2], light: &[Place]) -> Vec<DVec3> {
     let mut normals = vec![axis, DVec3::X, DVec3::Y, DVec3::Z];
     let mut add = |normal: DVec3| normals.extend(normal.try_normalize());
+    if let [Place::At(a), Place::At(b), Place::At(c), ..] = light {
+        add((b - a).cross(c - a));
+    }
     for (i, corner) in corners.iter().enumerate() {
         let next = corners[(i + 1) % 4];
         add(corner.cross(next));
-        add(light.from(DVec3::ZERO).cross(*corner));
-        for depth in depths {
-            if depth.is_finite() {
-                add((next - *corner).cross(light.from(depth * *corner)));
+        for light in light {
+            add(light.from(DVec3::ZERO).cross(*corner));
+            for depth in depths {
+                if depth.is_finite() {
+                    add((next - *corner).cross(light.from(depth * *corner)));
+                }
             }
         }
     }
@@ -86,7 +92,7 @@ fn normals(axis: DVec3, corners: &[DVec3; 4], depths: [f64; 2], light: Place) ->
 /// which rounding must not put behind the plane.
 pub(super) fn is_behind_all(
     corners: &[DVec3; 3],
-    light: Place,
+    light: &[Place],
     spans: &[Span],
     is_end: impl Fn(usize) -> bool,
 ) -> bool {
@@ -107,6 +113,6 @@ pub(super) fn is_behind_all(
         Place::Towards(way) => normal.dot(way) >= 0.0,
     };
     distance > margin(DVec3::ZERO)
-        && is_before(light)
+        && light.iter().all(|corner| is_before(*corner))
         && (spans.iter().enumerate()).all(|(i, span)| is_not_behind(span.end()) || is_end(i))
 }

@@ -8,7 +8,9 @@ use lighting::plan::{Pass, Plan, Reason, Subject};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
-use lighting::scene::{Camera, Cone, Emission, Medium, PhaseFunction};
+use lighting::scene::{
+    AreaEmitters, AreaLight, AreaShape, Camera, Cone, Emission, Medium, Pattern, PhaseFunction,
+};
 use lighting::visibility::{Exact, VisibilitySource};
 use lighting::{Emitter, LightPath};
 use reference::random::Random;
@@ -273,4 +275,98 @@ fn what_is_dynamic_and_casts_no_shadow_changes_no_bit_of_the_picture() {
     let plan = Plan::of_frame(&inputs(&scene, 64, &host)).unwrap();
     let reasons = plan.left_out().iter().map(|part| part.reason);
     assert!(reasons.clone().any(|reason| reason == Reason::NothingMoves));
+}
+
+/// A room whose lights are rectangles and disks.
+fn room_with_areas(random: &mut Random) -> TestScene {
+    let mut scene = room(random);
+    scene.emitters.clear();
+    for number in 0..4 {
+        let vector = |random: &mut Random| Vec3::from_array(random.vector(1.0));
+        let normal = (vector(random) + 1e-3 * Vec3::X).normalize();
+        let (u, v) = normal.any_orthonormal_pair();
+        let centre = Vec3::new(
+            random.between(-5.5, 5.5),
+            random.between(0.3, 3.7),
+            random.between(-7.5, 7.5),
+        );
+        let [a, b] = [0; 2].map(|_| random.between(0.02, 0.6));
+        let light = AreaLight {
+            shape: match number % 2 {
+                0 => AreaShape::Rectangle,
+                _ => AreaShape::Disk,
+            },
+            corner: centre - 0.5 * (a * u + b * v),
+            edges: [a * u, b * v],
+            radiance: Vec3::ONE,
+            ..AreaLight::default()
+        };
+        let points = light.virtual_lights(Pattern::Lattice, 8).unwrap();
+        let first = scene.emitters.len();
+        scene.emitters.extend(points);
+        scene.areas.push(AreaEmitters {
+            light,
+            emitters: first..scene.emitters.len(),
+        });
+    }
+    scene
+}
+
+#[test]
+fn area_lights_that_a_plan_calls_unshadowed_light_all_that_any_point_of_them_reaches() {
+    let mut random = Random::new(77);
+    let (mut found, mut missed, mut shadowed) = (0, 0, 0);
+    for round in 0..150 {
+        let scene = room_with_areas(&mut random);
+        let host = Store::new();
+        let frame = inputs(&scene, 64, &host);
+        let plan = Plan::of_frame(&frame).unwrap();
+        for area in &scene.areas {
+            let own = plan.emitters().iter();
+            let own: Vec<&usize> = own.filter(|index| area.emitters.contains(index)).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let is_named = |index: &&usize| plan.unshadowed().contains(index);
+            let named = own.iter().filter(|index| is_named(index)).count();
+            assert!(named == 0 || named == own.len(), "an area is one light");
+            // Other points than those that the plan looks at.
+            let points = area.light.virtual_lights(Pattern::Halton, 40).unwrap();
+            let mut points = points.iter();
+            let truth = points.all(|point| is_wholly_lit(&frame, &scene.tracer, point));
+            match (named > 0, truth) {
+                (true, false) => panic!("round {round}: {:?} casts a shadow", area.light),
+                (true, true) => found += 1,
+                (false, true) => missed += 1,
+                (false, false) => shadowed += 1,
+            }
+        }
+    }
+    println!("found {found}, missed {missed}, shadowed {shadowed}");
+    assert!(found > 30 && shadowed > 30, "{found}, {shadowed}");
+    assert!(missed <= found, "{missed} missed, {found} found");
+}
+
+#[test]
+fn exact_visibility_of_unshadowed_area_lights_is_none_bit_for_bit() {
+    let methods = Registry::standard();
+    let exact = methods.pair("exact", "quadrature", None).unwrap();
+    let quality = exact.about().usual;
+    let (closed, of_closed) = methods.unshadowed(&exact, quality).unwrap();
+    let mut random = Random::new(8);
+    let mut compared = 0;
+    for _ in 0..30 {
+        let mut scene = room_with_areas(&mut random);
+        let host = Store::new();
+        let plan = Plan::of_frame(&inputs(&scene, 64, &host)).unwrap();
+        let lights = plan.unshadowed().iter();
+        scene.emitters = lights.map(|index| scene.emitters[*index].clone()).collect();
+        scene.areas.clear();
+        if !scene.emitters.is_empty() {
+            let forced = picture(&scene, &exact, quality);
+            assert_eq!(forced, picture(&scene, &closed, of_closed));
+            compared += 1;
+        }
+    }
+    assert!(compared > 3, "{compared}");
 }
