@@ -32,10 +32,13 @@ failed=0
 for target in "${targets[@]}"; do
     corpus=$PWD/$folder/corpus/$target
     log=$corpus.log
+    options=()
+    words=$folder/dictionaries/$target.dict
+    if [ -e "$words" ]; then options+=("-dict=$words"); fi
     mkdir -p "$corpus" "$folder/artifacts/$target"
     FUZZ_SEEDS=$corpus nice -n 19 cargo +nightly fuzz run --fuzz-dir $folder --sanitizer none \
         "$target" "$corpus" -- -max_total_time="$seconds" -rss_limit_mb=6144 -timeout=20 \
-        -max_len=65536 -print_final_stats=1 >"$log" 2>&1 || failed=1
+        -max_len=65536 -print_final_stats=1 "${options[@]}" >"$log" 2>&1 || failed=1
     awk -v target="$target" -v seconds="$seconds" '
         function edges() { for (i = 1; i < NF; i++) if ($i == "cov:") return $(i + 1) }
         function rate() { for (i = 1; i < NF; i++) if ($i == "exec/s:") return $(i + 1) }

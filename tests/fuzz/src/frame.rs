@@ -10,6 +10,12 @@ use lighting::scene::{Camera, Emitter, Geometry, HeightFog, Medium, Translucent}
 /// All methods.
 pub(super) static METHODS: LazyLock<Registry> = LazyLock::new(Registry::standard);
 
+/// The least quality of comparisons by a method.
+pub(super) fn least(method: &Entry) -> u32 {
+    let about = method.about();
+    about.quick.first().copied().unwrap_or(about.usual)
+}
+
 /// Texels per side of shadow maps.
 const MAP: u32 = 16;
 

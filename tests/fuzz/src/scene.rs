@@ -11,7 +11,7 @@ use lighting::scene::trace::Tracer;
 use lighting::scene::view::View;
 use lighting::scene::{Emitter, Geometry, Medium, Mesh, Scene, Translucent};
 
-use super::frame::{METHODS, Tiny};
+use super::frame::{METHODS, Tiny, least};
 
 mod files;
 
@@ -21,7 +21,8 @@ const OTHER: &[u8] = b"\n--file--\n";
 /// Scenes with more than this load, and are not rendered.
 const MOST: usize = 4096;
 
-/// The two bytes in front of a file: its format, and how it is read.
+/// The two bytes in front of a file: its format, and how it is read. Lengths in binary glTF
+/// files are mended, unless `how` says not to: they would keep most changes from being read.
 fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
     let is_gltf = format.is_multiple_of(7);
     let options = LoadOptions {
@@ -44,6 +45,11 @@ fn load(format: u8, how: u8, file: &[u8]) -> Result<Loaded, LoadError> {
         file = &file[..at];
     }
     // File 2 is the one that is called "2.png", and so on.
+    let mended;
+    if is_gltf && how & 16 == 0 {
+        mended = files::with_lengths(file);
+        file = &mended;
+    }
     let mut open = |name: &str| {
         let number = name.bytes().find(u8::is_ascii_digit).unwrap_or(b'1');
         let other = others.get(usize::from(number.saturating_sub(b'1')));
@@ -97,7 +103,8 @@ fn is_tame(emitters: &[Emitter], medium: &Medium) -> bool {
     emitters.iter().all(is_tame) && medium.sigma_s().max_element() < 1e9
 }
 
-fn render(scene: Scene, method: &Entry) {
+/// A picture by a method, of two lights that follow each other in the scene.
+fn render(scene: Scene, method: &Entry, first_light: u8) {
     let mut scene = on_the_ground(scene);
     let Ok(geometry) = Geometry::new(&scene) else {
         return;
@@ -112,9 +119,12 @@ fn render(scene: Scene, method: &Entry) {
     }
     let Some(camera) = scene.camera else { return };
     let tracer = Tracer::new(&geometry);
-    let view = View::new(&Cpu::single_threaded(), &camera, &tracer, 4, 4).expect("a legal size");
-    let emitters: Result<Vec<Vec<Emitter>>, _> =
-        (scene.lights.iter().take(4).map(|light| light.emitters(2))).collect();
+    let view = View::new(&Cpu::single_threaded(), &camera, &tracer, 3, 2).expect("a legal size");
+    let lights = scene.lights.iter().cycle();
+    let lights = lights
+        .skip(first_light.into())
+        .take(scene.lights.len().min(2));
+    let emitters: Result<Vec<Vec<Emitter>>, _> = lights.map(|light| light.emitters(2)).collect();
     let Ok(emitters) = emitters else { return };
     let emitters = emitters.concat();
     let medium = scene.medium.unwrap_or(Medium::VACUUM);
@@ -126,7 +136,7 @@ fn render(scene: Scene, method: &Entry) {
         height_fog: scene.height_fog.as_ref(),
         translucent: &scene.translucent,
     };
-    if let Ok(image) = tiny.image(&emitters, method, method.about().usual) {
+    if let Ok(image) = tiny.image(&emitters, method, least(method)) {
         let is_sound =
             |value: &f32| *value >= 0.0 && (value.is_finite() || !is_tame(&emitters, &medium));
         assert!(image.iter().flatten().all(is_sound), "{image:?}");
@@ -157,7 +167,7 @@ pub fn run(data: &[u8]) {
         Some(entry) if heterogeneous && method & 128 == 0 => entry.clone(),
         _ => METHODS.find(name).expect("a standard method"),
     };
-    render(scene, &entry);
+    render(scene, &entry, method >> 2 & 3);
 }
 
 /// Small files of every format, for each method.

@@ -8,9 +8,9 @@ fn floats(numbers: &[f32]) -> Vec<u8> {
 }
 
 /// A binary glTF file.
-fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+fn glb(json: impl AsRef<[u8]>, binary: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
-    for (kind, bytes, fill) in [(b"JSON", json.as_bytes(), b' '), (b"BIN\0", binary, 0)] {
+    for (kind, bytes, fill) in [(b"JSON", json.as_ref(), b' '), (b"BIN\0", binary, 0)] {
         let padded = bytes.len().next_multiple_of(4);
         chunks.extend((padded as u32).to_le_bytes());
         chunks.extend(kind);
@@ -20,6 +20,17 @@ fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut file = b"glTF\x02\0\0\0".to_vec();
     file.extend((chunks.len() as u32 + 12).to_le_bytes());
     [file, chunks].concat()
+}
+
+/// A binary glTF file with the lengths that its parts have, or else the file as it is.
+pub(super) fn with_lengths(file: &[u8]) -> Vec<u8> {
+    let parts = || {
+        let parts = file.strip_prefix(b"glTF")?.get(16..)?;
+        let is_kind = |window: &[u8]| window == b"BIN\0";
+        let kind = parts.windows(4).skip(4).position(is_kind)? + 4;
+        Some(glb(&parts[..kind - 4], &parts[kind + 4..]))
+    };
+    parts().unwrap_or_else(|| file.to_vec())
 }
 
 /// A tetrahedron with normals, colours and texture coordinates, all extras and lights of
@@ -349,7 +360,7 @@ pub(super) fn all() -> Vec<(u8, Vec<u8>)> {
     ];
     files.extend(TETRAHEDRON.map(|(stream, position)| {
         let json = DRACO.replace("LENGTH", &stream.len().to_string());
-        (0, glb(&json.replace("NUMBER", position), stream))
+        (0, glb(json.replace("NUMBER", position), stream))
     }));
     files.extend(NVDB.map(|file| (5, file.to_vec())));
     files.extend(vdb.map(|file| (6, file)));
