@@ -2,7 +2,7 @@
 """What the program leaves behind when it is killed, or when the machine has no more to give.
 
     cargo build --release
-    tests/scripts/faults.py [--kills N] [--seed S] [--only NAME] [--program PATH]
+    tests/scripts/faults.py [--kills N] [--seed S] [--limit S] [--only NAME] [--program PATH]
 
 * kills: bakes and comparisons, N of each (100), are killed (SIGKILL) or told to end (SIGINT,
   SIGTERM) at random moments. A file or report that was there before must be as it was, or be
@@ -12,6 +12,8 @@
 * disk: a file may be no larger than a few kilobytes (RLIMIT_FSIZE), as on a disk that is full.
 * folder: the output is in a folder that is none, or cannot be written to.
 * memory: huge requests with little memory (RLIMIT_AS).
+* sweep: ordinary requests with less and less memory, down to what the program itself needs. What
+  they leave must be nothing or whole.
 
 Everything but a kill must end with exit code 1 or 2 and an error in words, or succeed. Where not
 even a little memory is left, the allocator may end the program. Prints a row for
@@ -33,11 +35,11 @@ import sys
 import tempfile
 import time
 
-# No run takes longer.
-LIMIT = 120
 # A backtrace takes more memory than there is.
 ENVIRONMENT = {**os.environ, "RUST_BACKTRACE": "0"}
 BAKE = ["bake", "city", "--seed", "1", "--light", "0", "--resolution", "32768"]
+# Memory limits of the sweep, in MB.
+MEGABYTES = (60, 70, 80, 90, 100, 120, 140, 160, 180, 200, 230, 260, 300, 350, 400, 500, 700, 1000, 1400, 2000)
 COMPARE = ["compare", "city", "--quick", "--size", "48x27", "--backend", "cpu", "--time-budget", "4"]
 
 
@@ -78,7 +80,7 @@ def run(asked, arguments, folder, limits=()):
     command = [asked.program, *arguments]
     try:
         return subprocess.run(
-            command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT, preexec_fn=before
+            command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=asked.limit, preexec_fn=before
         )
     except subprocess.TimeoutExpired:
         return None
@@ -91,7 +93,7 @@ def judge(case, arguments, done, may_succeed=True):
         case.outcomes["ended by the allocator"] += 1
         return
     if done is None:
-        case.violated(f"{name}: not done in {LIMIT} s")
+        case.violated(f"{name}: not done in time")
         return
     case.outcomes["done" if done.returncode == 0 else f"exit code {done.returncode}"] += 1
     if done.returncode == 0 and not may_succeed:
@@ -114,7 +116,7 @@ def stopped(asked, arguments, folder, after, by):
     except subprocess.TimeoutExpired:
         process.send_signal(by)
     try:
-        _, said = process.communicate(timeout=LIMIT)
+        _, said = process.communicate(timeout=asked.limit)
     except subprocess.TimeoutExpired:
         process.kill()
         return None, process.communicate()[1]
@@ -235,10 +237,43 @@ def memory(asked, folder):
     return case
 
 
+def is_picture(file):
+    return file.read_bytes().endswith(b"IEND\xae\x42\x60\x82")
+
+
+def sweep(asked, folder):
+    case = Case("sweep")
+    bake = [*BAKE[:-1], "1024", "--output", "grid.cpvs"]
+    judge(case, bake, run(asked, bake, folder), may_succeed=True)
+    fresh = digest(folder / "grid.cpvs")
+    requests = (
+        (["render", "city", "--size", "64x36", "--output", "picture.png"], "picture.png", is_picture),
+        (bake, "grid.cpvs", lambda file: digest(file) == fresh),
+        ([*COMPARE, "--out", "report"], "report", is_report),
+        (["plan", "city", "--size", "64x36", "--backend", "cpu"], "none", None),
+        (["stress", "--backend", "cpu", "--cases", "sliver", "--methods", "march"], "none", None),
+    )
+    for arguments, output, is_whole in requests:
+        for megabytes in MEGABYTES:
+            for path in folder.iterdir():
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            done = run(asked, arguments, folder, [(resource.RLIMIT_AS, megabytes << 20)])
+            name = [f"{megabytes} MB:", *arguments]
+            judge(case, name, done)
+            if (folder / output).exists() and not is_whole(folder / output):
+                case.violated(f"{' '.join(name)}: {output} is not whole")
+            is_in_words = done is not None and done.returncode >= 0
+            left = [path.name for path in folder.iterdir() if path.name != output]
+            if is_in_words and left:
+                case.violated(f"{' '.join(name)}: leaves {', '.join(left)}")
+    return case
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=100, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--limit", type=float, default=120, metavar="S", help="seconds that no run exceeds, more on a busy machine")
     parser.add_argument("--only", default="", metavar="NAME", help="kinds whose name contains this")
     parser.add_argument("--program", default="target/release/crepuscular")
     asked = parser.parse_args()
@@ -253,6 +288,7 @@ def main():
         "disk": lambda folder: disk(asked, folder),
         "folder": lambda folder: output_folder(asked, folder),
         "memory": lambda folder: memory(asked, folder),
+        "sweep": lambda folder: sweep(asked, folder),
     }
     cases = []
     for name, kind in kinds.items():

@@ -61,39 +61,20 @@ pub struct Pane {
     pub transmittance: Vec3,
 }
 
-/// Bytes for each triangle that the builder of the library takes at most at the same time: five
-/// lists of nodes of 48 bytes, two for each triangle or one, with boxes, those that it is told
-/// of, keys to sort by and indices.
-const BUILD: usize = 416;
-
-/// Whether there is memory to build the BVH of so many triangles: the library panics if there
-/// is not.
-fn reserve(what: &'static str, triangles: usize) -> Result<(), SceneError> {
-    let bytes = triangles.saturating_mul(BUILD);
-    let mut room: Vec<u8> = Vec::new();
-    let reserved = room.try_reserve_exact(bytes);
-    // A vector that nobody sees need not be allocated.
-    std::hint::black_box(&room);
-    reserved.map_err(|_| SceneError::OutOfMemory {
-        what,
-        bytes: bytes as u64,
-    })
-}
-
 impl Tracer {
     /// Builds the BVH, in O(n log n), or says that there is not enough memory.
     ///
     /// # Errors
     /// [`SceneError::OutOfMemory`].
     pub fn try_new(geometry: &Geometry) -> Result<Self, SceneError> {
-        reserve("the hierarchy of triangles", geometry.triangles().len())?;
+        build::reserve("the hierarchy of triangles", geometry.triangles().len())?;
         Ok(Self::new(geometry))
     }
 
     /// Builds the BVH, in O(n log n).
     ///
-    /// # Panics
-    /// If there is not enough memory; [`Tracer::try_new`] does not panic.
+    /// Where there is not enough memory, the allocator ends the program, as for any vector;
+    /// [`Tracer::try_new`] returns an error.
     pub fn new(geometry: &Geometry) -> Self {
         let bvh = build::build(geometry.triangles());
         Self {
@@ -521,18 +502,6 @@ mod tests {
             ],
             vec![[0, 1, 2], [0, 2, 3]],
         )
-    }
-
-    #[test]
-    fn triangles_for_which_there_is_no_memory_are_an_error() {
-        assert_eq!(reserve("a test", 1000), Ok(()));
-        let error = reserve("a test", usize::MAX / 1000).unwrap_err();
-        assert!(matches!(error, SceneError::OutOfMemory { .. }), "{error}");
-        assert!(
-            error
-                .to_string()
-                .starts_with("there is no memory for a test")
-        );
     }
 
     #[test]

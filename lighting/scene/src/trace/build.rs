@@ -8,11 +8,31 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use crate::SceneError;
+
 /// How far a box may be moved for the builder, as a share of its own size.
 const OF_ITSELF: f64 = 1.0 / (1 << 16) as f64;
 
 /// The same as a share of the size of the scene: some steps of an f32.
 const OF_ALL: f64 = 1.0 / (1 << 22) as f64;
+
+/// Bytes for each box that the builder of the library takes at most at the same time: five
+/// lists of nodes of 48 bytes, two for each box or one, with boxes, those that it is told of,
+/// keys to sort by and indices.
+const BUILD: usize = 416;
+
+/// Whether there is memory to build the hierarchy of so many boxes.
+pub(super) fn reserve(what: &'static str, boxes: usize) -> Result<(), SceneError> {
+    let bytes = boxes.saturating_mul(BUILD);
+    let mut room: Vec<u8> = Vec::new();
+    let reserved = room.try_reserve_exact(bytes);
+    // A vector that nobody sees need not be allocated.
+    std::hint::black_box(&room);
+    reserved.map_err(|_| SceneError::OutOfMemory {
+        what,
+        bytes: bytes as u64,
+    })
+}
 
 /// Builds the hierarchy of these triangles.
 pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
@@ -27,7 +47,11 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
 /// the two at the end would then be joined, the others would have to wait for them, and the
 /// time would grow with the square of their number. So it gets boxes that are moved by a
 /// trifle, and the hierarchy then gets the true ones.
+///
+/// The library panics without enough memory, so it is taken and given back before: where there
+/// is not enough, the allocator ends the program, as for any vector.
 pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
+    std::hint::black_box(Vec::<u8>::with_capacity(boxes.len().saturating_mul(BUILD)));
     let mut bvh = build_bvh2(&told_apart(boxes), how, &mut Duration::default());
     for node in &mut bvh.nodes {
         if node.is_leaf() {
@@ -112,6 +136,18 @@ mod tests {
             let deepest = depth(&build(&triangles));
             assert!(deepest < 200, "{what}: {deepest}");
         }
+    }
+
+    #[test]
+    fn triangles_for_which_there_is_no_memory_are_an_error() {
+        assert_eq!(reserve("a test", 1000), Ok(()));
+        let error = reserve("a test", usize::MAX / 1000).unwrap_err();
+        assert!(matches!(error, SceneError::OutOfMemory { .. }), "{error}");
+        assert!(
+            error
+                .to_string()
+                .starts_with("there is no memory for a test")
+        );
     }
 
     #[test]
