@@ -1,4 +1,15 @@
 //! What a picture needs, decided before any of it is computed.
+//!
+//! # What a plan does not leave out
+//!
+//! * *Casters whose shadows one view does not show.* Shadow maps, voxels and curves are kept
+//!   for all frames, and the camera may move without new ones. What is out of sight in one
+//!   frame is needed in the next.
+//! * *Voxels finer than pixels.* They are more exact even where a pixel sees several: with at
+//!   most two along an axis for each pixel of the picture's diagonal, the error of one of the
+//!   embedded scenes rose by 4 %.
+//! * *Rays that meet no shadow.* To find them is to ask for their shadows. Methods that gain by
+//!   it ask for each ray, as `hybrid` does.
 
 #[cfg(feature = "methods")]
 mod casters;
