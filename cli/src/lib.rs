@@ -43,13 +43,14 @@ mod stress;
 mod suggest;
 mod surfaces;
 
+use std::error::Error;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use lighting::methods::Registry;
 
 use args::{Arguments, Command};
-use failure::USER_ERROR;
+use failure::{Failure, USER_ERROR};
 
 /// Runs the program with the arguments of the process.
 pub fn main(methods: &Registry) -> ExitCode {
@@ -73,7 +74,8 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
     print::set_quiet(arguments.quiet);
     let reports_what_there_is =
         matches!(arguments.command, Command::Compare(_) | Command::Stress(_));
-    let done = interrupt::listen().and_then(|()| match arguments.command {
+    let ready = interrupt::listen().and_then(|()| start_threads());
+    let done = ready.and_then(|()| match arguments.command {
         Command::Plan(args) => plan::run(methods, &args),
         Command::Compare(args) => compare::run(methods, &args, &words),
         Command::Render(args) => render::run(methods, &args),
@@ -97,7 +99,19 @@ pub fn run(methods: &Registry, arguments: impl IntoIterator<Item = OsString>) ->
     }
 }
 
-fn complain(failure: &failure::Failure) -> ExitCode {
+/// Starts the threads that share the work. Started by the first of it they would panic where
+/// there is no memory for them.
+fn start_threads() -> Result<(), Failure> {
+    match rayon::ThreadPoolBuilder::new().build_global() {
+        // Without a cause it says that they run already.
+        Err(error) if error.source().is_some() => Err(Failure::new(format!(
+            "the threads that share the work do not start: {error}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn complain(failure: &Failure) -> ExitCode {
     print::complain(&format!("error: {failure}"));
     ExitCode::from(failure.code())
 }
