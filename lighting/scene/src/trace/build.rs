@@ -1,8 +1,9 @@
 //! Building the hierarchy.
 
+use std::collections::HashMap;
 use std::time::Duration;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -10,16 +11,13 @@ use obvhs::bvh2::builder::build_bvh2;
 
 use crate::SceneError;
 
-/// How far a box may be moved for the builder, as a share of its own size.
-const OF_ITSELF: f64 = 1.0 / (1 << 16) as f64;
-
-/// The same as a share of the size of the scene: some steps of an f32.
-const OF_ALL: f64 = 1.0 / (1 << 22) as f64;
+/// The builder gets each box once if there is one that occurs more often than this.
+const OFTEN: usize = 64;
 
 /// Bytes for each box that the builder of the library takes at most at the same time: five
-/// lists of nodes of 48 bytes, two for each box or one, with boxes, those that it is told of,
-/// keys to sort by and indices.
-const BUILD: usize = 416;
+/// lists of nodes of 48 bytes, two for each box or one, with boxes, keys to sort by and
+/// indices; and what tells boxes that occur often.
+const BUILD: usize = 480;
 
 /// Whether there is memory to build the hierarchy of so many boxes.
 pub(super) fn reserve(what: &'static str, boxes: usize) -> Result<(), SceneError> {
@@ -42,28 +40,48 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
 
 /// Builds a hierarchy of boxes.
 ///
-/// The builder joins two boxes once each is the best partner of the other. Boxes in a row, or
-/// all at the same place, have equally good partners, of which it always takes the last. Only
-/// the two at the end would then be joined, the others would have to wait for them, and the
-/// time would grow with the square of their number. So it gets boxes that are moved by a
-/// trifle, and the hierarchy then gets the true ones.
+/// The builder joins two boxes once each is the best partner of the other. Boxes at the same
+/// place have equally good partners, of which it always takes the last. Only the two at the end
+/// would then be joined, the others would have to wait for them, and the time would grow with
+/// the square of their number. So a box that occurs often is built once, and its leaf gets all
+/// that have it.
 ///
 /// The library panics without enough memory, so it is taken and given back before: where there
 /// is not enough, the allocator ends the program, as for any vector.
 pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
     std::hint::black_box(Vec::<u8>::with_capacity(boxes.len().saturating_mul(BUILD)));
-    let mut bvh = build_bvh2(&told_apart(boxes), how, &mut Duration::default());
-    for node in &mut bvh.nodes {
-        if node.is_leaf() {
-            let first = node.first_index as usize;
-            let slots = &bvh.primitive_indices[first..first + node.prim_count as usize];
-            let own = slots.iter().map(|&index| boxes[index as usize]);
-            if let Some(all) = own.reduce(|a, b| a.union(&b)) {
-                node.set_aabb(all);
-            }
+    let mut places: HashMap<[u32; 6], usize> = HashMap::new();
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for (index, own) in boxes.iter().enumerate() {
+        let [low, high] = [own.min, own.max].map(|corner| corner.to_array().map(f32::to_bits));
+        let key = [low[0], low[1], low[2], high[0], high[1], high[2]];
+        let place = *places.entry(key).or_insert(groups.len());
+        if place == groups.len() {
+            groups.push(Vec::new());
         }
+        groups[place].push(index as u32);
     }
-    bvh.refit_all();
+    if groups.iter().all(|group| group.len() <= OFTEN) {
+        return build_bvh2(boxes, how, &mut Duration::default());
+    }
+    let each: Vec<Aabb> = groups
+        .iter()
+        .map(|group| boxes[group[0] as usize])
+        .collect();
+    let mut bvh = build_bvh2(&each, how, &mut Duration::default());
+    // Where the boxes of each slot begin.
+    let mut begins = vec![0];
+    let mut indices = Vec::with_capacity(boxes.len());
+    for &place in &bvh.primitive_indices {
+        indices.extend(&groups[place as usize]);
+        begins.push(indices.len() as u32);
+    }
+    for node in bvh.nodes.iter_mut().filter(|node| node.is_leaf()) {
+        let (first, end) = (node.first_index, node.first_index + node.prim_count);
+        node.first_index = begins[first as usize];
+        node.prim_count = begins[end as usize] - node.first_index;
+    }
+    bvh.primitive_indices = indices;
     bvh
 }
 
@@ -72,69 +90,29 @@ fn box_of(corners: &[Vec3; 3]) -> Aabb {
     Aabb::new(a.min(b).min(c), a.max(b).max(c))
 }
 
-/// The boxes with a largest extent of all of 1, each moved a little in a direction that follows
-/// from its index and looks random.
-fn told_apart(boxes: &[Aabb]) -> Vec<Aabb> {
-    let all = boxes.iter().fold(Aabb::empty(), |all, own| all.union(own));
-    let origin = wide(all.min);
-    let size = (wide(all.max) - origin).max_element();
-    let scale = if size > 0.0 { size.recip() } else { 1.0 };
-    let moved = |(index, own): (usize, &Aabb)| {
-        let [low, high] = [own.min, own.max].map(|corner| (wide(corner) - origin) * scale);
-        let most = (OF_ITSELF * (high - low).max_element()).max(OF_ALL);
-        let by = most * direction(index as u32);
-        Aabb::new(narrow(low + by), narrow(high + by))
-    };
-    boxes.iter().enumerate().map(moved).collect()
-}
-
-fn wide(v: Vec3A) -> DVec3 {
-    Vec3::from(v).as_dvec3()
-}
-
-fn narrow(v: DVec3) -> Vec3A {
-    v.as_vec3().into()
-}
-
-/// Three numbers from 0 to 1 that look random.
-fn direction(index: u32) -> DVec3 {
-    let share = |seed: u32| {
-        // The finaliser of the hash function MurmurHash3.
-        let mut bits = index.wrapping_mul(3).wrapping_add(seed);
-        bits = (bits ^ (bits >> 16)).wrapping_mul(0x85eb_ca6b);
-        bits = (bits ^ (bits >> 13)).wrapping_mul(0xc2b2_ae35);
-        f64::from(bits ^ (bits >> 16)) / f64::from(u32::MAX)
-    };
-    DVec3::new(share(0), share(1), share(2))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// How many nodes there are on the longest way from the root to a leaf.
-    fn depth(bvh: &Bvh2) -> usize {
-        let mut deepest = 0;
-        let mut open = vec![(0, 1)];
-        while let Some((index, depth)) = open.pop() {
-            let node = &bvh.nodes[index];
-            deepest = deepest.max(depth);
-            if !node.is_leaf() {
-                let first = node.first_index as usize;
-                open.extend([(first, depth + 1), (first + 1, depth + 1)]);
-            }
-        }
-        deepest
-    }
-
     #[test]
-    fn triangles_at_one_place_and_in_a_row_do_not_make_a_chain() {
-        const MANY: usize = 50_000;
+    fn triangles_at_one_place_are_in_leaves_once_each() {
+        const MANY: u32 = 100_000;
         let at = |x: f32| [Vec3::ZERO, Vec3::X, Vec3::ONE].map(|corner| corner + x * Vec3::X);
-        for (what, step) in [("one place", 0.0), ("a row", 2.0), ("a dense row", 0.125)] {
-            let triangles: Vec<_> = (0..MANY).map(|i| at(step * i as f32)).collect();
-            let deepest = depth(&build(&triangles));
-            assert!(deepest < 200, "{what}: {deepest}");
+        // All at one place, at three places, and with others around.
+        for places in [1, 3, 500] {
+            let place = |i: u32| if i % 2 == 0 { 0 } else { i % places };
+            let triangles: Vec<_> = (0..MANY).map(|i| at(place(i) as f32)).collect();
+            let bvh = build(&triangles);
+            let mut met = vec![0; MANY as usize];
+            for node in bvh.nodes.iter().filter(|node| node.is_leaf()) {
+                let first = node.first_index as usize;
+                for &index in &bvh.primitive_indices[first..first + node.prim_count as usize] {
+                    met[index as usize] += 1;
+                    let own = box_of(&triangles[index as usize]);
+                    assert_eq!(node.aabb().union(&own), *node.aabb());
+                }
+            }
+            assert!(met.iter().all(|times| *times == 1), "{places}");
         }
     }
 
