@@ -100,7 +100,7 @@ mod tests {
         let at = |x: f32| [Vec3::ZERO, Vec3::X, Vec3::ONE].map(|corner| corner + x * Vec3::X);
         // All at one place, at three places, and with others around.
         for places in [1, 3, 500] {
-            let place = |i: u32| if i % 2 == 0 { 0 } else { i % places };
+            let place = |i: u32| if i.is_multiple_of(2) { 0 } else { i % places };
             let triangles: Vec<_> = (0..MANY).map(|i| at(place(i) as f32)).collect();
             let bvh = build(&triangles);
             let mut met = vec![0; MANY as usize];
