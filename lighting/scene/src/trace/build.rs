@@ -19,6 +19,9 @@ const OFTEN: usize = 64;
 /// indices; and what tells boxes that occur often.
 const BUILD: usize = 480;
 
+/// 2^64 over the golden ratio: the upper half of a product with it depends on all bits.
+const MIX: u64 = 0x9E37_79B9_7F4A_7C15;
+
 /// Whether there is memory to build the hierarchy of so many boxes.
 pub(super) fn reserve(what: &'static str, boxes: usize) -> Result<(), SceneError> {
     let bytes = boxes.saturating_mul(BUILD);
@@ -50,30 +53,15 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
 /// is not enough, the allocator ends the program, as for any vector.
 pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
     std::hint::black_box(Vec::<u8>::with_capacity(boxes.len().saturating_mul(BUILD)));
-    let mut places: HashMap<[u32; 6], usize> = HashMap::new();
-    let mut groups: Vec<Vec<u32>> = Vec::new();
-    for (index, own) in boxes.iter().enumerate() {
-        let [low, high] = [own.min, own.max].map(|corner| corner.to_array().map(f32::to_bits));
-        let key = [low[0], low[1], low[2], high[0], high[1], high[2]];
-        let place = *places.entry(key).or_insert(groups.len());
-        if place == groups.len() {
-            groups.push(Vec::new());
-        }
-        groups[place].push(index as u32);
-    }
-    if groups.iter().all(|group| group.len() <= OFTEN) {
+    let Some(groups) = Groups::of(boxes) else {
         return build_bvh2(boxes, how, &mut Duration::default());
-    }
-    let each: Vec<Aabb> = groups
-        .iter()
-        .map(|group| boxes[group[0] as usize])
-        .collect();
-    let mut bvh = build_bvh2(&each, how, &mut Duration::default());
+    };
+    let mut bvh = build_bvh2(&groups.each, how, &mut Duration::default());
     // Where the boxes of each slot begin.
     let mut begins = vec![0];
     let mut indices = Vec::with_capacity(boxes.len());
-    for &place in &bvh.primitive_indices {
-        indices.extend(&groups[place as usize]);
+    for &group in &bvh.primitive_indices {
+        indices.extend(groups.members(group as usize));
         begins.push(indices.len() as u32);
     }
     for node in bvh.nodes.iter_mut().filter(|node| node.is_leaf()) {
@@ -83,6 +71,85 @@ pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
     }
     bvh.primitive_indices = indices;
     bvh
+}
+
+/// Boxes, and which of a longer list have each.
+struct Groups {
+    each: Vec<Aabb>,
+    /// The places in that list, group by group.
+    members: Vec<u32>,
+    /// Where each group begins in it, and where the last one ends.
+    begins: Vec<u32>,
+}
+
+impl Groups {
+    /// `None` if no box occurs often.
+    fn of(boxes: &[Aabb]) -> Option<Self> {
+        // Few boxes share a slot; one that occurs often has a slot with many.
+        let slots = (boxes.len() / 4).next_power_of_two();
+        let slot_of = |own: &Aabb| {
+            let mix = |hash: u64, bits| (hash ^ u64::from(bits)).wrapping_mul(MIX);
+            (bits(own).into_iter().fold(0, mix) >> 32) as usize & (slots - 1)
+        };
+        let mut in_slot = vec![0_u8; slots];
+        for own in boxes {
+            let count = &mut in_slot[slot_of(own)];
+            *count = count.saturating_add(1);
+        }
+        let full = |own: &Aabb| usize::from(in_slot[slot_of(own)]) > OFTEN;
+        if !boxes.iter().any(full) {
+            return None;
+        }
+
+        let mut places: HashMap<[u32; 6], u32> = HashMap::new();
+        let mut each = Vec::new();
+        let group_of: Vec<u32> = boxes
+            .iter()
+            .map(|own| {
+                let next = each.len() as u32;
+                let group = if full(own) {
+                    *places.entry(bits(own)).or_insert(next)
+                } else {
+                    next
+                };
+                if group == next {
+                    each.push(*own);
+                }
+                group
+            })
+            .collect();
+
+        // Sorted by counting.
+        let mut begins = vec![0; each.len() + 1];
+        for &group in &group_of {
+            begins[group as usize + 1] += 1;
+        }
+        for group in 0..each.len() {
+            begins[group + 1] += begins[group];
+        }
+        let mut ends = begins.clone();
+        let mut members = vec![0; boxes.len()];
+        for (index, &group) in group_of.iter().enumerate() {
+            let end = &mut ends[group as usize];
+            members[*end as usize] = index as u32;
+            *end += 1;
+        }
+        Some(Self {
+            each,
+            members,
+            begins,
+        })
+    }
+
+    /// The places of the boxes that equal this one of `each`.
+    fn members(&self, group: usize) -> &[u32] {
+        &self.members[self.begins[group] as usize..self.begins[group + 1] as usize]
+    }
+}
+
+fn bits(own: &Aabb) -> [u32; 6] {
+    let [low, high] = [own.min, own.max].map(|corner| corner.to_array().map(f32::to_bits));
+    [low[0], low[1], low[2], high[0], high[1], high[2]]
 }
 
 fn box_of(corners: &[Vec3; 3]) -> Aabb {
@@ -99,7 +166,7 @@ mod tests {
         const MANY: u32 = 100_000;
         let at = |x: f32| [Vec3::ZERO, Vec3::X, Vec3::ONE].map(|corner| corner + x * Vec3::X);
         // All at one place, at three places, and with others around.
-        for places in [1, 3, 500] {
+        for places in [1, 3, 500, MANY] {
             let place = |i: u32| if i.is_multiple_of(2) { 0 } else { i % places };
             let triangles: Vec<_> = (0..MANY).map(|i| at(place(i) as f32)).collect();
             let bvh = build(&triangles);
