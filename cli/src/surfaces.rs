@@ -1,8 +1,9 @@
 //! The light of surfaces, behind hair, smoke and other translucent casters.
 
+use std::sync::Arc;
+
 use gpu_backend::Cpu;
 use lighting::Emitter;
-use lighting::methods::curve_resolution;
 use lighting::scene::view::View;
 use lighting::surface;
 use lighting::translucent::{Casters, TransmittanceMap};
@@ -13,25 +14,26 @@ use crate::failure::Failure;
 use crate::input::Input;
 
 /// The light of the surfaces of a view: opaque shadows are traced, translucent ones
-/// are looked up in maps of `map` / 2 texels per side.
+/// are looked up in transmittance maps beside shadow maps of `map` texels per side.
 pub(crate) fn radiance(view: &View, input: &Input, map: u32) -> Result<Vec<[f32; 4]>, Failure> {
     let maps = maps(input, map)?;
-    let maps: Vec<&TransmittanceMap> = maps.iter().collect();
+    let maps: Vec<&TransmittanceMap> = maps.iter().map(Arc::as_ref).collect();
     Ok(radiance_of(view, input, &input.emitters, &maps))
 }
 
 /// Maps of the light that the translucent casters let through, one per light; none if there are
 /// no such casters. Opaque casters are left to rays.
-pub(crate) fn maps(input: &Input, map: u32) -> Result<Vec<TransmittanceMap>, Failure> {
+pub(crate) fn maps(input: &Input, map: u32) -> Result<Vec<Arc<TransmittanceMap>>, Failure> {
     if input.scene.translucent.is_empty() {
         return Ok(Vec::new());
     }
     let cpu = Cpu::new();
     let casters = Casters::new(&input.scene.translucent, None);
-    let side = curve_resolution(map, &input.emitters, casters.channels());
     let clear = Stream::<8>::new();
-    let emitters = input.emitters.iter();
-    let maps = emitters.map(|light| TransmittanceMap::build(&cpu, &casters, light, side, &clear));
+    let maps = input.emitters.iter().map(|light| {
+        let side = casters.resolution(map, &input.emitters, light);
+        TransmittanceMap::build(&cpu, &casters, light, side, &clear).map(Arc::new)
+    });
     Ok(maps.collect::<Result<_, _>>()?)
 }
 

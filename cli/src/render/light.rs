@@ -1,6 +1,6 @@
 //! The light of a picture that methods compute: airlight, and light on surfaces from area lights.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use gpu_backend::gpu::Gpu;
 use gpu_backend::{Buffer, Cpu, Download, Host};
@@ -15,6 +15,7 @@ use lighting::plan::Plan;
 use lighting::scene::view::View;
 use lighting::scene::{AreaEmitters, Camera, Medium};
 use lighting::surface;
+use lighting::translucent::TransmittanceMap;
 use lighting::{Emitter, EyePanes, Ray, SurfacePoint, Watch};
 
 use crate::args::Render;
@@ -74,6 +75,8 @@ pub(crate) struct Job<'a> {
     pub(crate) view: &'a View,
     pub(crate) medium: &'a Medium,
     pub(crate) device: &'a Device,
+    /// The light of each emitter that translucent casters let through, if that is known.
+    pub(crate) maps: &'a [Arc<TransmittanceMap>],
 }
 
 impl Job<'_> {
@@ -91,6 +94,14 @@ impl Job<'_> {
         for (light, shadow) in given.iter().enumerate() {
             if let Some(shadow) = shadow {
                 lighting::methods::share_precomputed(&host, light, shadow);
+            }
+        }
+        // Surfaces leave see-through triangles to rays.
+        if !input.geometry.coatings().any_see_through() {
+            for (light, index) in indices.iter().enumerate() {
+                if let Some(map) = self.maps.get(*index) {
+                    lighting::methods::share_transmittance_map(&host, light, map);
+                }
             }
         }
         let (radiance, notes) = self.with_inputs(

@@ -9,6 +9,7 @@ mod quickest;
 
 use std::cell::OnceCell;
 use std::path::Path;
+use std::sync::Arc;
 
 use gpu_backend::Cpu;
 use lighting::methods::{Entry, FROM_FILE, Registry};
@@ -124,6 +125,7 @@ pub(crate) fn run(methods: &Registry, args: &Render) -> Result<(), Failure> {
                     view: &view,
                     medium: &medium,
                     device: &cpu,
+                    maps: &[],
                 };
                 job.work(&input, plan.emitters(), (&chosen.entry, chosen.quality))
             });
@@ -215,7 +217,7 @@ struct Shot<'a> {
     shadows: &'a Shadows,
     hair: Option<Hair>,
     /// The light of each emitter that translucent casters let through, once it is asked for.
-    maps: OnceCell<Vec<TransmittanceMap>>,
+    maps: OnceCell<Vec<Arc<TransmittanceMap>>>,
     /// The emitters that the plan keeps for the air.
     kept: Vec<usize>,
     /// The unshadowed ones among them, if the picture makes use of that.
@@ -359,7 +361,10 @@ impl Shot<'_> {
                 self.maps.get_or_init(|| made)
             }
         };
-        Ok(emitters.iter().filter_map(|i| all.get(*i)).collect())
+        Ok(emitters
+            .iter()
+            .filter_map(|i| Some(all.get(*i)?.as_ref()))
+            .collect())
     }
 
     /// The light of hair that some emitters send; `None` if there is none.
@@ -381,6 +386,7 @@ impl Shot<'_> {
             view: self.view,
             medium,
             device: self.device,
+            maps: self.maps.get().map_or(&[], Vec::as_slice),
         }
     }
 

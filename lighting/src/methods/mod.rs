@@ -137,6 +137,8 @@ pub use contract::{
 pub use evaluators::{EvaluatorAbout, Evaluators, GAUSS_NODES};
 #[cfg(feature = "methods")]
 pub use frame::{Frame, FrameInputs, Pass, Selection};
+#[cfg(all(feature = "methods", feature = "translucent"))]
+pub use heterogeneous::share_transmittance_map;
 #[cfg(feature = "methods")]
 pub use per_light::{Compared, LightSources, PerLight, SourceAbout, SourceOn, SourceQuality};
 #[cfg(all(feature = "methods", feature = "shadow-dag"))]
@@ -150,5 +152,3 @@ pub use shared::{
 };
 #[cfg(feature = "methods")]
 pub use store::{Store, Used};
-#[cfg(all(feature = "methods", feature = "translucent"))]
-pub use translucent::curve_resolution;

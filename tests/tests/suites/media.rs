@@ -1,20 +1,24 @@
 //! Gathers through smoke against the truth.
 
+use std::sync::Arc;
+
 use crepuscular_tests::frames::{image, inputs};
 use glam::{Affine3A, Quat, Vec3};
 use gpu_backend::Cpu;
 use lighting::Ray;
 use lighting::methods::heterogeneous::{AddEmission, EmittingRays};
-use lighting::methods::{Method, Registry, Role, Store};
+use lighting::methods::{Method, Registry, Role, Store, share_transmittance_map};
 use lighting::scene::procedural::Embedded;
 use lighting::scene::{
     Bounds, DensityGrid, HeightFog, Interpolation, Media, Medium, PhaseFunction, Translucent,
 };
+use lighting::translucent::{Casters, TransmittanceMap};
 use reference::metrics::image_error;
 use reference::oracle::media::{Air, MediaWorld, reference as of_media};
 use reference::oracle::quadrature::Tolerance;
 use reference::random::Random;
 use reference::scenes::TestScene;
+use transmittance::Stream;
 
 /// The embedded scene of smoke, without its hair, which gathers do not see.
 fn smoke() -> TestScene {
@@ -153,4 +157,31 @@ fn pictures_of_smoke_that_glows_come_near_the_truth() {
     let dark = image_error(&lit, &truth).rmse;
     let error = image_error(&emitted(&scene.rays, &inputs.media(), lit), &truth).rmse;
     assert!(error < 0.02 && dark > 10.0 * error, "{error} {dark}");
+}
+
+#[test]
+fn a_gather_uses_the_maps_that_surfaces_have() {
+    let cpu = Cpu::new();
+    let entry = Registry::standard().find("media-area-8").unwrap();
+    for embedded in [Embedded::SmokeRoom, Embedded::SmokeColumns] {
+        let scene = TestScene::new(embedded, 24, 14);
+        let own = Store::new();
+        let own = inputs(&scene, 128, &own);
+        let expected = image(&cpu, own, &entry, 8).unwrap();
+        let casters = Casters::new(&scene.translucent, None);
+        let host = Store::new();
+        for (light, emitter) in scene.emitters.iter().enumerate() {
+            let side = casters.resolution(128, &scene.emitters, emitter);
+            let clear = Stream::<8>::new();
+            let map = TransmittanceMap::build(&cpu, &casters, emitter, side, &clear).unwrap();
+            share_transmittance_map(&host, light, &Arc::new(map));
+        }
+        let shared = inputs(&scene, 128, &host);
+        assert!(image(&cpu, shared, &entry, 8).unwrap() == expected);
+        let maps = host
+            .used()
+            .into_iter()
+            .filter(|used| used.what.contains("transmittance"));
+        assert!(maps.map(|used| used.seconds).all(|seconds| seconds == 0.0));
+    }
 }

@@ -12,7 +12,6 @@ use gpu_backend::{Cpu, Host};
 use lighting::airlight::EquiAngular;
 use lighting::methods::{
     About, Entry, Frame, FrameInputs, Method, MethodError, OfLight, Role, RunOn, Verdict,
-    curve_resolution,
 };
 use lighting::translucent::{Casters, TransmittanceMap};
 use lighting::visibility::{March, Spacing};
@@ -75,7 +74,7 @@ impl<const N: usize> Nodes<N> {
         A::Curve: Evaluate + Debug + Send,
     {
         let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
-        let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
+        let resolution = casters.resolution(inputs.map, inputs.emitters, emitter);
         TransmittanceMap::build(&Cpu::new(), &casters, emitter, resolution, clear)
             .map(Arc::new)
             .map_err(MethodError::resource("a map of transmittance"))

@@ -9,7 +9,6 @@ use std::time::Instant;
 use gpu_backend::{Cpu, Host};
 use lighting::Emitter;
 use lighting::hair::{Fibre, LitHair, SeenHair};
-use lighting::methods::curve_resolution;
 use lighting::scene::view::View;
 use lighting::scene::{Media, Translucent};
 use lighting::translucent::{Casters, TransmittanceMap};
@@ -104,7 +103,7 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     let casters = Casters::new(subject.translucent, None);
     let media = Media::new(Some(subject.medium), None, subject.translucent);
     let stand = Stand {
-        side: curve_resolution(subject.map, subject.emitters, casters.channels()),
+        side: casters.resolution(subject.map, subject.emitters, emitter),
         cpu,
         casters,
         media,

@@ -48,6 +48,8 @@ pub struct DensityGrid {
     cells_per_metre: DMat3,
     resolution: [u32; 3],
     density: Vec<f32>,
+    max_density: f32,
+    max_density_at_faces: f32,
     scale: f32,
     interpolation: Interpolation,
     tint: Vec3,
@@ -97,6 +99,7 @@ impl DensityGrid {
         let occupancy = Occupancy::new([cells, resolution], interpolation, |index| {
             density[index] > 0.0
         });
+        let [max_density, max_density_at_faces] = largest(&density, resolution);
         let mut grid = Self {
             local_bounds: bounds,
             transform: Affine3A::IDENTITY,
@@ -105,6 +108,8 @@ impl DensityGrid {
             cells_per_metre: DMat3::IDENTITY,
             resolution,
             density,
+            max_density,
+            max_density_at_faces,
             scale,
             interpolation,
             tint: Vec3::ONE,
@@ -363,7 +368,13 @@ impl DensityGrid {
 
     /// The largest density.
     pub fn max_density(&self) -> f32 {
-        self.density.iter().copied().fold(0.0, f32::max)
+        self.max_density
+    }
+
+    /// The largest density at the faces of the box. Unless it is 0 the medium ends there at an
+    /// edge; with [`Interpolation::Constant`] there are edges between samples too.
+    pub fn max_density_at_faces(&self) -> f32 {
+        self.max_density_at_faces
     }
 
     /// Number of cells along each axis; within a cell the extinction is a polynomial.
@@ -561,6 +572,20 @@ impl DensityGrid {
         let found = self.cell_at(point.as_dvec3());
         found.map_or(0.0, |(cell, place)| self.extinction(cell, place) as f32)
     }
+}
+
+/// The largest of all densities, and of those on the faces of the box.
+fn largest(density: &[f32], [x, y, z]: [u32; 3]) -> [f32; 2] {
+    let most = |densities: &[f32]| densities.iter().copied().fold(0.0, f32::max);
+    let (mut all, mut faces) = (0.0_f32, 0.0_f32);
+    for (row, densities) in (0..).zip(density.chunks_exact(x as usize)) {
+        let (of_row, ends) = (most(densities), densities[0].max(densities[x as usize - 1]));
+        let is_at_end = |place: u32, count: u32| place == 0 || place == count - 1;
+        let on_face = is_at_end(row % y, y) || is_at_end(row / y, z);
+        all = all.max(of_row);
+        faces = faces.max(if on_face { of_row } else { ends });
+    }
+    [all, faces]
 }
 
 /// A box of single precision around points.

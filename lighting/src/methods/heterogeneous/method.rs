@@ -1,6 +1,7 @@
 //! Gathers through heterogeneous media in the list of methods: one for each kind of map that
 //! gives the visibility of the light.
 
+use std::any::TypeId;
 use std::fmt;
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -15,9 +16,9 @@ use transmittance::{Accumulate, Curve, Evaluate, Linear, Packed, Stream};
 #[cfg(feature = "wgpu")]
 use super::method_gpu::CurvesInShaders as CurvesEverywhere;
 use super::{DoubleMarch, GatherMedia, MediaRays};
-use crate::methods::translucent::{Casters, TransmittanceMap, curve_resolution};
+use crate::methods::translucent::{Casters, TransmittanceMap};
 use crate::methods::{
-    About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work,
+    About, Entry, Frame, FrameInputs, Method, MethodError, Role, RunOn, Store, Verdict, Work,
 };
 use crate::scene::{Bounds, Emitter, Translucent};
 use crate::shadow_map::{ShadowMap, faces, locate};
@@ -212,11 +213,16 @@ impl<C: Curves> Method for Gathered<C> {
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let maps = inputs.map_work();
+        let casters = Casters::see_through(inputs.translucent, inputs.geometry);
+        let texels = inputs.emitters.iter().map(|emitter| {
+            let side = casters.resolution(inputs.map, inputs.emitters, emitter);
+            inputs.map_faces([emitter]) as u64 * u64::from(side).pow(2)
+        });
+        let curves = texels.sum::<u64>() * casters.channels() as u64 * self.bytes;
         Work {
-            // There is one curve for four texels of the shadow map, and its work is the number
-            // of its values.
-            once: maps.once * (1.0 + self.bytes as f64 / 16.0),
-            bytes: maps.bytes + maps.bytes * self.bytes / 16,
+            // The work of a curve is the number of its values.
+            once: maps.once + (curves / 4) as f64,
+            bytes: maps.bytes + curves,
             per_ray: inputs.emitters.len() as f64 * 4.0 * f64::from(steps),
             ..maps
         }
@@ -383,14 +389,21 @@ impl RunOn<Cpu> for BruteForce {
     }
 }
 
-/// The key under which a transmittance map is kept.
-pub(super) fn key<A: 'static>(
-    inputs: &FrameInputs<'_>,
-    light: usize,
-) -> (std::any::TypeId, usize, u32) {
+/// The key of a transmittance map: what makes its curves, its light, and texels per side.
+type Key = (TypeId, usize, u32);
+
+pub(super) fn key<A: 'static>(inputs: &FrameInputs<'_>, light: usize) -> Key {
     let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
-    (std::any::TypeId::of::<A>(), light, resolution)
+    let resolution = casters.resolution(inputs.map, inputs.emitters, &inputs.emitters[light]);
+    (TypeId::of::<A>(), light, resolution)
+}
+
+/// Puts the map of a light that was made elsewhere into a store, for gathers with curves of
+/// eight nodes by least area. It must be that of all translucent casters and see-through
+/// triangles, and is not used by gathers that need more [texels](Casters::resolution).
+pub fn share_transmittance_map(host: &Store<Host>, light: usize, map: &Arc<TransmittanceMap>) {
+    let key: Key = (TypeId::of::<Stream<8>>(), light, map.resolution());
+    host.insert("map of transmittance", key, map.clone(), map.bytes());
 }
 
 /// The map of a light, in the store of the host, without opaque casters.

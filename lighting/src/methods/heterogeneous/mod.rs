@@ -96,3 +96,5 @@ pub use gpu::{MAX_GRIDS, MediaError, UploadedMedia};
 pub use memory::{MediaMemory, MediaOf};
 #[cfg(all(feature = "methods", feature = "translucent"))]
 pub(super) use method::methods;
+#[cfg(all(feature = "methods", feature = "translucent"))]
+pub use method::share_transmittance_map;

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use gpu_backend::{Cpu, Host};
-use transmittance::{Packed, Stream};
+use transmittance::Stream;
 
 use super::{Casters, TransmittanceMap};
 use crate::Touching;
@@ -14,13 +14,6 @@ use crate::methods::{
     Compared, Entry, Frame, FrameInputs, LightSources, MethodError, OfLight, Role, SourceAbout,
     SourceOn, Verdict, Work,
 };
-use crate::scene::Emitter;
-
-/// The largest memory of the maps of all lights together.
-const MAX_BYTES: u64 = 1 << 29;
-
-/// The largest memory of the map of one light.
-const MAX_MAP_BYTES: u64 = 1 << 27;
 
 /// A march through the transmittance map of every light.
 #[derive(Debug, Clone, Copy)]
@@ -30,33 +23,13 @@ pub(super) struct Curves {
     pub(super) spacing: Spacing,
 }
 
-/// Texels per side of the faces of a transmittance map, beside shadow maps of `map` texels:
-/// half of these, because a texel holds a curve. It is less if the maps of all lights, each
-/// with curves for so many [colours](Casters::channels), would take more than 512 MiB, or one
-/// of them more than 128 MiB, which is the limit of a binding in WebGPU.
-pub fn curve_resolution(map: u32, emitters: &[Emitter], channels: usize) -> u32 {
-    let faces = |emitter: &Emitter| match emitter {
-        Emitter::Directional(_) => 1,
-        _ => 6,
-    };
-    let most = emitters.iter().map(faces).max().unwrap_or(0);
-    let all: u64 = emitters.iter().map(faces).sum();
-    let texel = channels as u64 * size_of::<Packed<8>>() as u64;
-    let bytes = |faces: u64, side: u32| texel * faces * u64::from(side) * u64::from(side);
-    let mut side = (map / 2).max(1);
-    while side > 16 && (bytes(all, side) > MAX_BYTES || bytes(most, side) > MAX_MAP_BYTES) {
-        side /= 2;
-    }
-    side
-}
-
 /// The map of a light, in the memory of the host. It contains opaque casters too.
 pub(super) fn map(
     inputs: &FrameInputs<'_>,
     light: usize,
 ) -> Result<Arc<TransmittanceMap<Host>>, MethodError> {
     let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
-    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
+    let resolution = casters.resolution(inputs.map, inputs.emitters, &inputs.emitters[light]);
     let key = OfLight { light, resolution };
     inputs
         .host

@@ -6,7 +6,7 @@ use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
 
 use transmittance::Stream;
 
-use super::method::{Curves, curve_resolution, map};
+use super::method::{Curves, map};
 use super::{Casters, TransmittanceMap};
 use crate::methods::march::March;
 use crate::methods::{Frame, MethodError, OfLight, SourceOn};
@@ -28,7 +28,7 @@ fn uploaded<E: Encode>(
 ) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
     let inputs = &frame.inputs;
     let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
-    let resolution = curve_resolution(inputs.map, inputs.emitters, casters.channels());
+    let resolution = casters.resolution(inputs.map, inputs.emitters, &inputs.emitters[light]);
     let key = OfLight { light, resolution };
     frame
         .store

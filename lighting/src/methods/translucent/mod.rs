@@ -61,6 +61,8 @@ mod method_gpu;
 mod pane_tests;
 mod panes;
 mod particles;
+#[cfg(feature = "methods")]
+mod resolution;
 pub(crate) mod strands;
 #[cfg(test)]
 mod tests;
@@ -68,8 +70,6 @@ pub(crate) mod view;
 
 pub use blockers::FaceBlockers;
 pub use map::{CurveMemory, MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
-#[cfg(feature = "methods")]
-pub use method::curve_resolution;
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
 
@@ -151,6 +151,7 @@ impl<'a> Casters<'a> {
         let triangles = match self.triangles {
             Triangles::None => None,
             Triangles::All(geometry) => Some(geometry.bounds()),
+            Triangles::SeeThrough(geometry) if !geometry.coatings().any_see_through() => None,
             Triangles::SeeThrough(geometry) => {
                 let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
                 for (index, corners) in geometry.triangles().iter().enumerate() {
