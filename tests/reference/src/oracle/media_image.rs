@@ -114,18 +114,29 @@ impl Steps {
         }
         // Those of a span without length in this order too: the sort is stable.
         ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut open: Vec<usize> = Vec::new();
+        // A tree of products: whatever the order in which they begin, the same factors have the
+        // same product.
+        let leaves = factors.len().next_power_of_two();
+        let mut products = vec![1.0; 2 * leaves];
         let steps = ends.into_iter().map(|(x, index, begins)| {
-            if begins {
-                open.push(index);
-            } else {
-                open.retain(|other| *other != index);
+            let mut node = leaves + index;
+            products[node] = if begins { factors[index].1 } else { 1.0 };
+            while node > 1 {
+                node /= 2;
+                products[node] = products[2 * node] * products[2 * node + 1];
             }
-            // In their order, so that the same factors have the same product.
-            open.sort_unstable();
-            (x, open.iter().map(|&index| factors[index].1).product())
+            (x, products[1])
         });
-        Self(steps.collect())
+        let mut steps: Vec<(f64, f64)> = steps.collect();
+        // Of those at one place the last one counts.
+        steps.dedup_by(|later, kept| {
+            let is_same = later.0 == kept.0;
+            if is_same {
+                kept.1 = later.1;
+            }
+            is_same
+        });
+        Self(steps)
     }
 
     fn at(&self, x: f64) -> f64 {

@@ -241,3 +241,25 @@ fn opaque_smoke_is_lit_on_its_skin() {
         assert!((ratio - 1.0).abs() < 2e-6, "{scale}: {ratio}");
     }
 }
+
+#[test]
+fn steps_are_products_of_the_factors_that_hold() {
+    let mut random = Random::new(5);
+    // With many that begin and end at one place, and some without length.
+    for count in [0, 1, 2, 3, 17, 100, 100_000] {
+        let factor = |_| {
+            let start = f64::from(random.between(0.0, 9.0).floor());
+            let end = start + f64::from(random.between(0.0, 4.0).floor());
+            let least = 1.0 - 1.0 / (1.0 + count as f32);
+            (Span::new(start, end), f64::from(random.between(least, 1.0)))
+        };
+        let factors: Vec<(Span, f64)> = (0..count).map(factor).collect();
+        let steps = Steps::new(&factors);
+        assert!(steps.0.len() <= 13);
+        for x in (-1..30).map(|k| 0.5 * f64::from(k)) {
+            let holds = |(span, _): &&(Span, f64)| span.start <= x && x < span.end;
+            let expected: f64 = factors.iter().filter(holds).map(|(_, by)| by).product();
+            assert!((steps.at(x) - expected).abs() <= 1e-10 * expected);
+        }
+    }
+}
