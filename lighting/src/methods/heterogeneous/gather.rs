@@ -88,11 +88,16 @@ fn along<V: PointVisibility>(
     let path = path.off_the_light();
     let Interval { start, end } = path.span();
     let [start, end] = [start, end].map(f64::from);
+    let mut rims = [f32::INFINITY; 2];
+    for (rim, kink) in rims.iter_mut().zip(path.kinks()) {
+        *rim = kink;
+    }
     let line = Line {
         lamp: match lit.emitter {
             Emitter::Directional(_) => None,
             Emitter::Point(_) => Some([path.foot().into(), path.h().into()]),
         },
+        rims: rims.map(f64::from),
     };
     let (origin, direction) = (
         ray.origin().as_dvec3(),

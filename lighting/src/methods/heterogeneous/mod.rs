@@ -18,11 +18,11 @@
 //! the length and by h. So the density needs no step size, and opaque smoke is no special case.
 //! Pieces are joined and cut to parts that are at most 0.4 mean free paths deep and no longer
 //! than 0.15 of the distance of the light, and the light is evaluated once on each part. Where
-//! there is even fog alone all factors but V are smooth: it is cut to stretches that are at most
-//! 0.6 mean free paths deep and 16° wide at the light, and the light is evaluated at the two
-//! nodes of Gauss's rule in that angle; of a sun, in the distance. V is asked once for each
-//! *step*, which is a run of parts or stretches, at the centroid of the light that the step
-//! would scatter unshadowed.
+//! there is even fog alone all factors but V are smooth, except at the full cone of a spotlight:
+//! it is cut there, and to stretches that are at most 0.6 mean free paths deep and 16° wide at the
+//! light, and the light is evaluated at the two nodes of Gauss's rule in that angle; of a sun, in
+//! the distance. V is asked once for each *step*, which is a run of parts or stretches, at the
+//! centroid of the light that the step would scatter unshadowed.
 //!
 //! # Steps
 //!

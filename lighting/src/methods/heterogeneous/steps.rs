@@ -9,6 +9,8 @@ use crate::scene::{MediaPiece, PhaseFunction, Scattering, ScatteringAngle};
 pub(super) struct Line {
     /// Position and distance of the point nearest to a lamp; `None` for a sun.
     pub(super) lamp: Option<[f64; 2]>,
+    /// Where the full cone of a spotlight begins and ends; infinite where it does not.
+    pub(super) rims: [f64; 2],
 }
 
 impl Line {
@@ -26,6 +28,12 @@ impl Line {
             return (1.0 - square * (1.0 / 3.0 - 0.2 * square)) / run;
         }
         rise.atan2(run) / rise
+    }
+
+    /// The end of what is smooth from a position on: `to`, or the rim of a spotlight before it.
+    fn smooth(&self, from: f64, to: f64) -> f64 {
+        let ahead = self.rims.into_iter().filter(|rim| *rim > from);
+        ahead.fold(to, f64::min)
     }
 
     /// The angle at a lamp between two positions.
@@ -407,10 +415,11 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             let most = DVec3::select(is_seen, fog.extinction, DVec3::ZERO).max_element();
             let limit = self.line.turned(start, STRETCH_TURN);
             let limit = limit.min(start + STRETCH_DEPTH / most);
+            let rim = self.line.smooth(start, end);
             // A sliver would have nodes of its own.
-            let is_last = end - start < 1.1 * (limit - start);
+            let is_last = rim - start < 1.1 * (limit - start);
             let stop = if is_last {
-                end
+                rim
             } else {
                 limit.max(start.next_up())
             };

@@ -71,6 +71,8 @@ struct light_media_Steps {
     // Where the line comes nearest to a light at a point.
     foot: f32,
     has_lamp: bool,
+    // Where the full cone of a spotlight begins and ends.
+    rims: vec2<f32>,
     part: light_media_Run,
     step: light_media_Run,
     // Where the first step began, if there was one.
@@ -199,6 +201,7 @@ fn light_media_steps(
     var steps: light_media_Steps;
     steps.has_lamp = light_emitter().kind == light_POINT;
     steps.foot = path.foot - base;
+    steps.rims = vec2(path.kinks[0], path.kinks[1]) - base;
     steps.seen = vec3(1.0);
     var angle = 0.0;
     if steps.has_lamp {
@@ -624,8 +627,10 @@ fn light_media_scatter_along(
         if sigma * (limit - start) > light_media_STRETCH_DEPTH {
             limit = start + light_media_STRETCH_DEPTH / sigma;
         }
+        let rims = select(vec2(end), (*steps).rims, (*steps).rims > vec2(start));
+        let rim = min(end, min(rims.x, rims.y));
         // A sliver would have nodes of its own.
-        let stop = select(light_media_next(start, limit), end, end - start < 1.1 * (limit - start));
+        let stop = select(light_media_next(start, limit), rim, rim - start < 1.1 * (limit - start));
         let span = stop - start;
         let is_short = stop <= light_media_turned(path, steps, start, light_media_SHORT_TURN)
             && sigma * span < light_media_SHORT_DEPTH;
