@@ -166,7 +166,7 @@ mod tests {
         const MANY: u32 = 100_000;
         let at = |x: f32| [Vec3::ZERO, Vec3::X, Vec3::ONE].map(|corner| corner + x * Vec3::X);
         // All at one place, at three places, and with others around.
-        for places in [1, 3, 500, MANY] {
+        for places in [1, 3, 500] {
             let place = |i: u32| if i.is_multiple_of(2) { 0 } else { i % places };
             let triangles: Vec<_> = (0..MANY).map(|i| at(place(i) as f32)).collect();
             let bvh = build(&triangles);
