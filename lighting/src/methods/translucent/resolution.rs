@@ -13,8 +13,8 @@ const MAX_BYTES: u64 = 1 << 29;
 /// The largest memory of the map of one light, bytes.
 const MAX_MAP_BYTES: u64 = 1 << 27;
 
-/// An edge of a grid is not seen if a ray meets no larger optical depth in a grid as dense as
-/// this edge.
+/// The faces of a grid's box count as no edge up to this optical depth: that along its diagonal
+/// if it were as dense all over as it is at most at these faces.
 const FAINT: f64 = 0.02;
 
 impl Casters<'_> {
@@ -26,8 +26,9 @@ impl Casters<'_> {
     ///   128 MiB, which is the limit of a binding in WebGPU;
     /// - if fewer texels show as much: where nothing but density grids casts shadows, and these
     ///   fade out towards the faces of their boxes, no detail of a shadow is smaller than their
-    ///   cells and mean free paths. Then texels are not halved below these, and the light that is
-    ///   interpolated between them is off by less than 0.005 (root mean square).
+    ///   cells and mean free paths, and texels are not halved below these. In tests with a cloud of
+    ///   24³ samples, the share of light between texels is then off by up to 0.004 (root mean
+    ///   square).
     pub fn resolution(&self, map: u32, emitters: &[Emitter], emitter: &Emitter) -> u32 {
         let faces = |emitter: &Emitter| match emitter {
             Emitter::Directional(_) => 1,
