@@ -54,7 +54,7 @@ pub(crate) struct Prepared {
     pub(crate) asked: Size,
     pub(crate) size: Size,
     pub(crate) view: View,
-    /// The plan for the lights, the medium and the rays.
+    /// The plan for the lights, the medium, the rays and what casts shadows.
     pub(crate) plan: Plan,
     /// The emitters that the plan keeps.
     pub(crate) emitters: Vec<Emitter>,
@@ -126,12 +126,14 @@ impl Prepared {
             backends,
             per_pixel: counted.per_pixel(),
         };
-        let mut selection = {
+        let (plan, mut selection) = {
             let job = prepared.job(args.quick);
             let inputs = job.as_ref().map(|job| job.inputs(&()));
             let plan = prepared.plan_of_frame(inputs.as_ref())?;
-            select(methods, &args, &plan, inputs.as_ref(), sees_media)
+            let selection = select(methods, &args, &plan, inputs.as_ref(), sees_media);
+            (plan, selection)
         };
+        prepared.plan = plan;
         let backends = &prepared.backends;
         selection.left_out.extend(backends.left_out.clone());
         selection
@@ -162,7 +164,7 @@ impl Prepared {
 
     /// The plan, which takes casters into account. The lights in `inputs` are those that the plan
     /// keeps.
-    pub(crate) fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
+    fn plan_of_frame(&self, inputs: Option<&FrameInputs<'_>>) -> Result<Plan, Failure> {
         let plan = self.plan.clone();
         let Some(inputs) = inputs else {
             return Ok(plan);

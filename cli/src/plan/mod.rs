@@ -60,9 +60,9 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     let of_scene = prepared.selection.left_out.iter();
     let left_out: Vec<&LeftOut> = of_scene.chain(&failed).chain(&slow).collect();
     let job = prepared.job(false);
-    let inputs = job.as_ref().map(|job| job.inputs(&()));
-    let plan = prepared.plan_of_frame(inputs.as_ref())?;
-    let passes: Vec<String> = plan.passes().iter().map(Pass::to_string).collect();
+    let passes: Vec<String> = (prepared.plan.passes().iter())
+        .map(Pass::to_string)
+        .collect();
     let analysis = match (args.analyze, job) {
         (true, Some(job)) => Some(analyze(job, &forecasts)?),
         _ => None,

@@ -387,6 +387,10 @@ fn a_plan_says_why_a_sun_is_not_sampled_by_angle() {
         plan.contains("runs: ray marching with 8, 32, 128 steps on cpu"),
         "{plan}"
     );
+    assert!(
+        plan.contains("runs: if precomputed, once for all frames, shadows of emitter 0"),
+        "{plan}"
+    );
     assert_eq!(
         names(place.path()),
         Vec::<String>::new(),
