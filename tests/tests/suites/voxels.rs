@@ -34,16 +34,18 @@ enum Blockers<'a, M: gpu_backend::Memory> {
     Triangles(&'a Casters<M>),
 }
 
-/// The image of a test scene from `side` voxels along each coordinate.
-fn image<B: Subject>(
+/// The images of a test scene from `side` voxels along each coordinate, one for each detail
+/// that is gathered from them.
+fn images<B: Subject, const N: usize>(
     backend: &B,
     test_scene: &TestScene,
     blockers: &Blockers<'_, B::Memory>,
     side: u32,
-    detail: Detail,
-) -> Vec<[f32; 4]> {
+    details: [Detail; N],
+) -> [Vec<[f32; 4]>; N] {
     let rays = backend.upload(&test_scene.rays).unwrap();
-    let mut radiance = backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
+    let zeros = |_| backend.zeros::<[f32; 4]>(test_scene.rays.len()).unwrap();
+    let mut images = details.map(zeros);
     let quadrature = Quadrature::with_tolerance(test_scene.medium.phase(), 1e-4).unwrap();
     let one = EquiAngular::new(1).unwrap();
     let resolution = Resolution::new(side, side, side).unwrap();
@@ -56,15 +58,17 @@ fn image<B: Subject>(
             }
         }
         .unwrap();
-        let (source, medium) = (volume.source(detail), &test_scene.medium);
-        let lit = LitRays::new(&rays, emitter, medium);
-        match detail {
-            Detail::Voxels => backend.gather(&lit, &source, &one, &mut radiance),
-            _ => backend.gather(&lit, &source, &quadrature, &mut radiance),
+        let lit = LitRays::new(&rays, emitter, &test_scene.medium);
+        for (detail, radiance) in details.into_iter().zip(&mut images) {
+            let source = volume.source(detail);
+            match detail {
+                Detail::Voxels => backend.gather(&lit, &source, &one, radiance),
+                _ => backend.gather(&lit, &source, &quadrature, radiance),
+            }
+            .unwrap();
         }
-        .unwrap();
     }
-    backend.download(&radiance).unwrap()
+    images.map(|radiance| backend.download(&radiance).unwrap())
 }
 
 fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backend: &B) {
@@ -72,13 +76,16 @@ fn with_the_map_refined_along_voxels_converge_to_the_reference<B: Subject>(backe
     for embedded in Embedded::ALL {
         let test_scene = TestScene::resolvable(embedded, 32, 18, COARSEST);
         let truth = test_scene.truth();
-        for detail in [Detail::Runs, Detail::Voxels] {
-            let errors = REFINEMENTS.map(|finer| {
-                let maps = maps(backend, &test_scene, 128 * finer);
-                let side = COARSEST * finer;
-                let image = image(backend, &test_scene, &Blockers::Maps(&maps), side, detail);
-                (side, image_error(&image, &truth).rmse)
-            });
+        let details = [Detail::Runs, Detail::Voxels];
+        let errors = REFINEMENTS.map(|finer| {
+            let maps = maps(backend, &test_scene, 128 * finer);
+            let side = COARSEST * finer;
+            let blockers = Blockers::Maps(&maps);
+            images(backend, &test_scene, &blockers, side, details)
+                .map(|image| (side, image_error(&image, &truth).rmse))
+        });
+        for (index, detail) in details.into_iter().enumerate() {
+            let errors = errors.map(|of_details| of_details[index]);
             let measured = order(&errors);
             println!(
                 "{}, {detail:?}: order {measured:.2}, {errors:?}",
@@ -121,13 +128,8 @@ fn wherever_a_lamp_is_voxels_converge_to_the_reference<B: Subject>(backend: &B) 
         let errors = REFINEMENTS.map(|finer| {
             let maps = maps(backend, &test_scene, 128 * finer);
             let side = COARSEST * finer;
-            let image = image(
-                backend,
-                &test_scene,
-                &Blockers::Maps(&maps),
-                side,
-                Detail::Runs,
-            );
+            let blockers = Blockers::Maps(&maps);
+            let [image] = images(backend, &test_scene, &blockers, side, [Detail::Runs]);
             (side, image_error(&image, &truth))
         });
         let measured = order(&errors.map(|(side, error)| (side, error.rmse)));
@@ -148,7 +150,7 @@ fn threads_change_no_bit_of_voxels_or_images() {
         let images = |backend: &gpu_backend::Cpu| {
             let maps = maps(backend, &test_scene, 256);
             let details = [Detail::Average, Detail::Voxels, Detail::Runs];
-            details.map(|detail| image(backend, &test_scene, &Blockers::Maps(&maps), 128, detail))
+            images(backend, &test_scene, &Blockers::Maps(&maps), 128, details)
         };
         assert!(
             cpu_alone().map(|cpu| images(&cpu)) == cpu_with_threads().map(|cpu| images(&cpu)),
@@ -168,7 +170,7 @@ fn voxels_from_triangles_converge_without_a_map() {
         let blockers = Blockers::Triangles(&casters);
         let errors = REFINEMENTS.map(|finer| {
             let side = COARSEST * finer;
-            let image = image(&cpu, &test_scene, &blockers, side, Detail::Runs);
+            let [image] = images(&cpu, &test_scene, &blockers, side, [Detail::Runs]);
             (side, image_error(&image, &truth).rmse)
         });
         let measured = order(&errors);
@@ -191,8 +193,9 @@ fn without_a_shadow_all_details_are_the_unshadowed_light() {
     test_scene.rays = test_scene.rays.iter().map(end).collect();
     let truth = test_scene.truth();
     let maps = maps(&cpu, &test_scene, 64);
-    for detail in [Detail::Average, Detail::Runs] {
-        let image = image(&cpu, &test_scene, &Blockers::Maps(&maps), 64, detail);
+    let details = [Detail::Average, Detail::Runs];
+    let images = images(&cpu, &test_scene, &Blockers::Maps(&maps), 64, details);
+    for (detail, image) in details.into_iter().zip(images) {
         let error = image_error(&image, &truth);
         // The quadrature's tolerance, which is relative: of the brightest pixel
         // it is a larger part of the mean, by which the other is divided.
