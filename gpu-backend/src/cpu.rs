@@ -40,6 +40,44 @@ enum Threads {
     Own(rayon::ThreadPool),
 }
 
+/// Steps are behind a pointer here: the compiler makes the machinery of parallel iterators once
+/// for each type of element instead of once for each step, of which there are hundreds.
+#[cfg(feature = "rayon")]
+impl Threads {
+    fn for_each_chunk<T: Send>(
+        &self,
+        out: &mut [T],
+        chunk_len: usize,
+        step: &(dyn Fn(usize, &mut [T]) + Sync),
+    ) {
+        use rayon::prelude::*;
+        self.run(|| {
+            out.par_chunks_mut(chunk_len)
+                .enumerate()
+                .for_each(|(index, chunk)| step(index * chunk_len, chunk));
+        });
+    }
+
+    fn map<T: Send>(&self, len: usize, step: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+        use rayon::prelude::*;
+        let mut all = Vec::new();
+        self.run(|| {
+            (0..len)
+                .into_par_iter()
+                .map(step)
+                .collect_into_vec(&mut all)
+        });
+        all
+    }
+
+    fn run(&self, parallel: impl FnOnce() + Send) {
+        match self {
+            Self::Own(pool) => pool.install(parallel),
+            Self::Calling | Self::Ambient => parallel(),
+        }
+    }
+}
+
 impl Cpu {
     /// All the threads there are (one without the feature `rayon`).
     pub fn new() -> Self {
@@ -84,18 +122,8 @@ impl Cpu {
     {
         let chunk_len = chunk_len.max(1);
         #[cfg(feature = "rayon")]
-        {
-            use rayon::prelude::*;
-            let parallel = |out: &mut [T]| {
-                out.par_chunks_mut(chunk_len)
-                    .enumerate()
-                    .for_each(|(index, chunk)| step(index * chunk_len, chunk));
-            };
-            match &self.threads {
-                Threads::Calling => {}
-                Threads::Ambient => return parallel(out),
-                Threads::Own(pool) => return pool.install(|| parallel(out)),
-            }
+        if !matches!(self.threads, Threads::Calling) {
+            return self.threads.for_each_chunk(out, chunk_len, &step);
         }
         for (index, chunk) in out.chunks_mut(chunk_len).enumerate() {
             step(index * chunk_len, chunk);
@@ -109,14 +137,8 @@ impl Cpu {
         F: Fn(usize) -> T + Sync + Send,
     {
         #[cfg(feature = "rayon")]
-        {
-            use rayon::prelude::*;
-            let parallel = || (0..len).into_par_iter().map(&step).collect();
-            match &self.threads {
-                Threads::Calling => {}
-                Threads::Ambient => return parallel(),
-                Threads::Own(pool) => return pool.install(parallel),
-            }
+        if !matches!(self.threads, Threads::Calling) {
+            return self.threads.map(len, &step);
         }
         (0..len).map(step).collect()
     }

@@ -19,6 +19,7 @@ use crate::{Emitter, Interval, LightPath};
 pub struct Midpoint;
 
 impl AirlightEvaluator for Midpoint {
+    #[inline]
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         let start = interval.start;
         let end = interval.end.min(start + far_end(path.medium()));

@@ -1,6 +1,6 @@
 //! What a method is told of a frame.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use gpu_backend::{Backend, BufferOf, Host};
@@ -92,7 +92,7 @@ pub struct Frame<'a, B: Backend> {
     pub rays: BufferOf<B, Ray>,
     /// What is kept between frames, in the memory of the backend.
     pub store: &'a Store<B::Memory>,
-    passes: Option<Arc<Mutex<Vec<Pass>>>>,
+    passes: Option<Arc<Passes>>,
 }
 
 /// A pass that ran, with its time.
@@ -104,6 +104,31 @@ pub struct Pass {
     pub seconds: f64,
     /// Number of runs.
     pub times: usize,
+}
+
+/// The passes of a frame so far.
+#[derive(Debug, Default)]
+struct Passes(Mutex<Vec<Pass>>);
+
+impl Passes {
+    fn all(&self) -> MutexGuard<'_, Vec<Pass>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(&self, what: &'static str, seconds: f64) {
+        let mut passes = self.all();
+        match passes.iter_mut().find(|pass| pass.what == what) {
+            Some(pass) => {
+                pass.seconds += seconds;
+                pass.times += 1;
+            }
+            None => passes.push(Pass {
+                what,
+                seconds,
+                times: 1,
+            }),
+        }
+    }
 }
 
 impl<'a, B: Backend> Frame<'a, B> {
@@ -166,20 +191,7 @@ impl<'a, B: Backend> Frame<'a, B> {
         let result = run()?;
         self.store.wait()?;
         let seconds = clock.elapsed().as_secs_f64();
-        let mut passes = passes
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        match passes.iter_mut().find(|pass| pass.what == what) {
-            Some(pass) => {
-                pass.seconds += seconds;
-                pass.times += 1;
-            }
-            None => passes.push(Pass {
-                what,
-                seconds,
-                times: 1,
-            }),
-        }
+        passes.add(what, seconds);
         Ok(result)
     }
 
@@ -187,11 +199,6 @@ impl<'a, B: Backend> Frame<'a, B> {
     /// [`timed`](Frame::timed).
     pub fn passes(&self) -> Vec<Pass> {
         let passes = self.passes.as_ref();
-        passes.map_or_else(Vec::new, |passes| {
-            passes
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner)
-                .clone()
-        })
+        passes.map_or_else(Vec::new, |passes| passes.all().clone())
     }
 }
