@@ -65,7 +65,7 @@ impl Threads {
             (0..len)
                 .into_par_iter()
                 .map(step)
-                .collect_into_vec(&mut all)
+                .collect_into_vec(&mut all);
         });
         all
     }

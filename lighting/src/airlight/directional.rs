@@ -4,7 +4,7 @@ use glam::Vec3;
 use wide::{CmpEq, CmpLt};
 
 use crate::path::{LANES, Lanes};
-use crate::scene::DirectionalEmitter;
+use crate::scene::{DirectionalEmitter, Medium};
 use crate::{Interval, LightPath};
 
 /// The airlight of a directional light over `interval`, in closed form and exact to rounding.
@@ -55,58 +55,111 @@ pub(super) fn directionals(
     parts: &[(usize, Interval)],
     radiances: &mut Vec<Vec3>,
 ) {
-    let first = radiances.len();
-    radiances.resize(first + parts.len(), Vec3::ZERO);
-    let Some(medium) = paths.first().map(LightPath::medium) else {
-        return;
-    };
-    let (sigma_s, sigma_t) = (medium.sigma_s().to_array(), medium.sigma_t().to_array());
-    let mut pieces = Vec::with_capacity(parts.len());
-    // Parts of one path mostly follow each other.
-    let mut last = (usize::MAX, 0.0);
-    for (number, (index, interval)) in (first..).zip(parts) {
-        let path = &paths[*index];
-        if !(interval.start < interval.end) {
-            continue;
-        }
-        if last.0 != *index {
-            last = (*index, medium.phase().value(path.sun_angle(sun)));
-        }
-        let phase = last.1;
-        for part in path.without_kinks(*interval) {
+    let pieces = Pieces::new(sun, paths, parts, |path, interval, pieces| {
+        for part in path.without_kinks(interval) {
             let at = |x: f32| (x - path.entry()) + path.sun_leg(sun, x);
             let ends = [part.start, part.end];
             let [from, to] = ends.map(|x| if x.is_finite() { at(x) } else { f32::INFINITY });
-            pieces.push((number, [from, to, part.end - part.start, phase]));
+            pieces.push([from, to, part.end - part.start]);
         }
-    }
-    for pieces in pieces.chunks(LANES) {
-        let column = |k: usize| {
-            let value = |i: usize| pieces.get(i).unwrap_or(&pieces[0]).1[k];
-            Lanes::new(std::array::from_fn(value))
-        };
-        let [from, to, length, phase] = std::array::from_fn(column);
+    });
+    pieces.append(radiances, |sigma, [from, to, length]| {
         let endless = length.cmp_eq(f32::INFINITY);
         let (least, across) = (from.fast_min(to), (to - from).abs());
-        let mut lights = [Lanes::ZERO; 3];
-        for channel in 0..3 {
-            let sigma = sigma_t[channel];
-            // Grey media are common, and exponentials are most of the work.
-            lights[channel] = if channel > 0 && sigma == sigma_t[channel - 1] {
-                lights[channel - 1]
-            } else {
-                let through = (-sigma * least).exp();
-                // A channel without extinction does not scatter either.
-                let rest = if sigma > 0.0 { 1.0 / sigma } else { 0.0 };
-                let depth = endless.blend(Lanes::ZERO, sigma * across);
-                through * endless.blend(rest.into(), mean_exponentials(depth) * length)
-            };
+        let through = (-sigma * least).exp();
+        // A channel without extinction does not scatter either.
+        let rest = if sigma > 0.0 { 1.0 / sigma } else { 0.0 };
+        let depth = endless.blend(Lanes::ZERO, sigma * across);
+        through * endless.blend(rest.into(), mean_exponentials(depth) * length)
+    });
+}
+
+/// The same by the light in the middle of each part times its length, as a march takes it. Parts
+/// end after at most `longest`, metres.
+pub(super) fn midpoints(
+    sun: &DirectionalEmitter,
+    paths: &[LightPath<'_>],
+    parts: &[(usize, Interval)],
+    longest: f32,
+    radiances: &mut Vec<Vec3>,
+) {
+    let pieces = Pieces::new(sun, paths, parts, |path, interval, pieces| {
+        let length = interval.end.min(interval.start + longest) - interval.start;
+        if length > 0.0 {
+            let x = interval.start + 0.5 * length;
+            pieces.push([(x - path.entry()) + path.sun_leg(sun, x), length]);
         }
-        let irradiance = sun.irradiance();
-        for (channel, lights) in lights.into_iter().enumerate() {
-            let lights = (phase * (sigma_s[channel] * irradiance[channel])) * lights;
-            for ((number, _), light) in pieces.iter().zip(lights.to_array()) {
-                radiances[*number][channel] += light;
+    });
+    pieces.append(radiances, |sigma, [way, length]| {
+        (-sigma * way).exp() * length
+    });
+}
+
+/// Pieces of parts of paths, with `N` numbers each, and the light of a sun on its way to the eye.
+struct Pieces<'a, const N: usize> {
+    sun: &'a DirectionalEmitter,
+    medium: Option<&'a Medium>,
+    parts: usize,
+    /// The numbers of a piece with that of its part and the value of the phase function.
+    pieces: Vec<(usize, f32, [f32; N])>,
+}
+
+impl<'a, const N: usize> Pieces<'a, N> {
+    /// Pieces of parts that are not empty, as `divide` pushes them.
+    fn new(
+        sun: &'a DirectionalEmitter,
+        paths: &[LightPath<'a>],
+        parts: &[(usize, Interval)],
+        divide: impl Fn(&LightPath<'_>, Interval, &mut Vec<[f32; N]>),
+    ) -> Self {
+        let mut pieces = Vec::with_capacity(parts.len());
+        let mut of_part = Vec::new();
+        // Parts of one path mostly follow each other.
+        let mut last = (usize::MAX, 0.0);
+        for (number, (index, interval)) in parts.iter().enumerate() {
+            let path = &paths[*index];
+            if !(interval.start < interval.end) {
+                continue;
+            }
+            if last.0 != *index {
+                last = (*index, path.medium().phase().value(path.sun_angle(sun)));
+            }
+            divide(path, *interval, &mut of_part);
+            pieces.extend(of_part.drain(..).map(|piece| (number, last.1, piece)));
+        }
+        Self {
+            sun,
+            medium: paths.first().map(LightPath::medium),
+            parts: parts.len(),
+            pieces,
+        }
+    }
+
+    /// Appends the light of each part: of its pieces, the sum of σ_s p E times the integral of
+    /// the transmittance, which `integral` gives for an extinction.
+    fn append(&self, radiances: &mut Vec<Vec3>, integral: impl Fn(f32, [Lanes; N]) -> Lanes) {
+        let first = radiances.len();
+        radiances.resize(first + self.parts, Vec3::ZERO);
+        let Some(medium) = self.medium else {
+            return;
+        };
+        let sigma_t = medium.sigma_t().to_array();
+        let scattered = (medium.sigma_s() * self.sun.irradiance()).to_array();
+        for pieces in self.pieces.chunks(LANES) {
+            let piece = |i: usize| pieces.get(i).unwrap_or(&pieces[0]);
+            let phase = Lanes::new(std::array::from_fn(|i| piece(i).1));
+            let columns =
+                std::array::from_fn(|k| Lanes::new(std::array::from_fn(|i| piece(i).2[k])));
+            let mut through = integral(sigma_t[0], columns);
+            for channel in 0..3 {
+                // Grey media are common, and exponentials are most of the work.
+                if channel > 0 && sigma_t[channel] != sigma_t[channel - 1] {
+                    through = integral(sigma_t[channel], columns);
+                }
+                let lights = (phase * scattered[channel]) * through;
+                for ((number, ..), light) in pieces.iter().zip(lights.to_array()) {
+                    radiances[first + number][channel] += light;
+                }
             }
         }
     }
@@ -137,7 +190,7 @@ mod tests {
     use reference::random::noise;
 
     use super::*;
-    use crate::scene::{Bounds, Medium, PhaseFunction};
+    use crate::scene::{Bounds, PhaseFunction};
     use crate::{Emitter, Ray};
 
     fn sun(direction: Vec3) -> Emitter {

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::AirlightEvaluator;
+use super::directional::midpoints;
 use crate::path::{Parts, in_lanes};
 use crate::scene::Medium;
 use crate::{Emitter, Interval, LightPath};
@@ -19,7 +20,6 @@ use crate::{Emitter, Interval, LightPath};
 pub struct Midpoint;
 
 impl AirlightEvaluator for Midpoint {
-    #[inline]
     fn radiance(&self, path: &LightPath<'_>, interval: Interval) -> Vec3 {
         let start = interval.start;
         let end = interval.end.min(start + far_end(path.medium()));
@@ -37,20 +37,23 @@ impl AirlightEvaluator for Midpoint {
         path.source(x) * (inverse_square * (end - start))
     }
 
-    /// Evaluates eight intervals of a point light at a time.
+    /// Evaluates eight intervals at a time.
     fn radiances(
         &self,
         paths: &[LightPath<'_>],
         parts: &[(usize, Interval)],
         radiances: &mut Vec<Vec3>,
     ) {
-        let Some(Emitter::Point(point)) = paths.first().map(LightPath::emitter) else {
-            let each =
-                |&(path, interval): &(usize, Interval)| self.radiance(&paths[path], interval);
-            radiances.extend(parts.iter().map(each));
+        let Some(first) = paths.first() else {
             return;
         };
-        let longest = far_end(paths[0].medium());
+        let longest = far_end(first.medium());
+        let point = match first.emitter() {
+            Emitter::Directional(sun) => {
+                return midpoints(sun, paths, parts, longest, radiances);
+            }
+            Emitter::Point(point) => point,
+        };
         let mut clipped = Vec::with_capacity(parts.len());
         for (i, (path, Interval { start, end })) in (radiances.len()..).zip(parts) {
             let end = end.min(start + longest);
