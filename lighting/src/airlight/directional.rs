@@ -55,13 +55,13 @@ pub(super) fn directionals(
     parts: &[(usize, Interval)],
     radiances: &mut Vec<Vec3>,
 ) {
-    let pieces = Pieces::new(sun, paths, parts, |path, interval, pieces| {
-        for part in path.without_kinks(interval) {
+    let pieces = Pieces::new(sun, paths, parts, |path, interval| {
+        path.without_kinks(interval).map(move |part| {
             let at = |x: f32| (x - path.entry()) + path.sun_leg(sun, x);
             let ends = [part.start, part.end];
             let [from, to] = ends.map(|x| if x.is_finite() { at(x) } else { f32::INFINITY });
-            pieces.push([from, to, part.end - part.start]);
-        }
+            [from, to, part.end - part.start]
+        })
     });
     pieces.append(radiances, |sigma, [from, to, length]| {
         let endless = length.cmp_eq(f32::INFINITY);
@@ -83,12 +83,10 @@ pub(super) fn midpoints(
     longest: f32,
     radiances: &mut Vec<Vec3>,
 ) {
-    let pieces = Pieces::new(sun, paths, parts, |path, interval, pieces| {
+    let pieces = Pieces::new(sun, paths, parts, |path, interval| {
         let length = interval.end.min(interval.start + longest) - interval.start;
-        if length > 0.0 {
-            let x = interval.start + 0.5 * length;
-            pieces.push([(x - path.entry()) + path.sun_leg(sun, x), length]);
-        }
+        let x = interval.start + 0.5 * length;
+        (length > 0.0).then(|| [(x - path.entry()) + path.sun_leg(sun, x), length])
     });
     pieces.append(radiances, |sigma, [way, length]| {
         (-sigma * way).exp() * length
@@ -105,15 +103,14 @@ struct Pieces<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Pieces<'a, N> {
-    /// Pieces of parts that are not empty, as `divide` pushes them.
-    fn new(
+    /// The pieces into which `divide` cuts each part that is not empty.
+    fn new<'s, P: IntoIterator<Item = [f32; N]>>(
         sun: &'a DirectionalEmitter,
-        paths: &[LightPath<'a>],
+        paths: &'s [LightPath<'a>],
         parts: &[(usize, Interval)],
-        divide: impl Fn(&LightPath<'_>, Interval, &mut Vec<[f32; N]>),
+        divide: impl Fn(&'s LightPath<'a>, Interval) -> P,
     ) -> Self {
         let mut pieces = Vec::with_capacity(parts.len());
-        let mut of_part = Vec::new();
         // Parts of one path mostly follow each other.
         let mut last = (usize::MAX, 0.0);
         for (number, (index, interval)) in parts.iter().enumerate() {
@@ -124,8 +121,9 @@ impl<'a, const N: usize> Pieces<'a, N> {
             if last.0 != *index {
                 last = (*index, path.medium().phase().value(path.sun_angle(sun)));
             }
-            divide(path, *interval, &mut of_part);
-            pieces.extend(of_part.drain(..).map(|piece| (number, last.1, piece)));
+            let phase = last.1;
+            let of_part = divide(path, *interval).into_iter();
+            pieces.extend(of_part.map(|piece| (number, phase, piece)));
         }
         Self {
             sun,
@@ -150,10 +148,10 @@ impl<'a, const N: usize> Pieces<'a, N> {
             let phase = Lanes::new(std::array::from_fn(|i| piece(i).1));
             let columns =
                 std::array::from_fn(|k| Lanes::new(std::array::from_fn(|i| piece(i).2[k])));
-            let mut through = integral(sigma_t[0], columns);
+            let mut through = Lanes::ZERO;
             for channel in 0..3 {
                 // Grey media are common, and exponentials are most of the work.
-                if channel > 0 && sigma_t[channel] != sigma_t[channel - 1] {
+                if channel == 0 || sigma_t[channel] != sigma_t[channel - 1] {
                     through = integral(sigma_t[channel], columns);
                 }
                 let lights = (phase * scattered[channel]) * through;
