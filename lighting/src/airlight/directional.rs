@@ -1,4 +1,4 @@
-//! The airlight of parallel light, in closed form.
+//! The airlight of parallel light: in closed form, and for marches by the midpoint rule.
 
 use glam::Vec3;
 use wide::{CmpEq, CmpLt};
@@ -74,8 +74,9 @@ pub(super) fn directionals(
     });
 }
 
-/// The same by the light in the middle of each part times its length, as a march takes it. Parts
-/// end after at most `longest`, metres.
+/// Appends the airlight of the same parts by the midpoint rule, that of
+/// [`Midpoint`](super::Midpoint) to 2e-6, and 0 beyond optical lengths of 87: the light in the
+/// middle of a part times its length. A part that is longer than `longest`, in metres, ends there.
 pub(super) fn midpoints(
     sun: &DirectionalEmitter,
     paths: &[LightPath<'_>],
@@ -93,7 +94,8 @@ pub(super) fn midpoints(
     });
 }
 
-/// Pieces of parts of paths, with `N` numbers each, and the light of a sun on its way to the eye.
+/// Pieces of parts of paths that all have the light of one sun. Each has `N` numbers, of which
+/// [`Pieces::append`] is told the integral.
 struct Pieces<'a, const N: usize> {
     sun: &'a DirectionalEmitter,
     medium: Option<&'a Medium>,
