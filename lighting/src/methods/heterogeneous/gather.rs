@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use gpu_backend::{Backend, BufferOf, Cpu, Error};
 
 use super::memory::{MediaMemory, MediaOf};
-use super::steps::{Arriving, Limits, Line, Steps, exp};
+use super::steps::{Arriving, Limits, Line, Steps, exp, is_gentle};
 use crate::eye_panes::Behind;
 use crate::gather::check_lengths;
 use crate::scene::{Bounds, Emitter, Media, Medium, ScatteringAngle};
@@ -98,6 +98,7 @@ fn along<V: PointVisibility>(
             Emitter::Point(_) => Some([path.foot().into(), path.h().into()]),
         },
         rims: rims.map(f64::from),
+        is_gentle: (lit.media.medium()).is_some_and(|fog| is_gentle(fog, lit.emitter)),
     };
     let (origin, direction) = (
         ray.origin().as_dvec3(),

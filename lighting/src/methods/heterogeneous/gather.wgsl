@@ -9,7 +9,8 @@ struct Scene {
     steps: u32,
     // Where in the table the panes in front of the eye begin; NO_PANES if there are none.
     panes: u32,
-    padding: u32,
+    // Whether stretches of even fog may be wide, see `is_gentle`.
+    is_gentle: u32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;
@@ -32,6 +33,10 @@ fn light_medium() -> light_Medium {
 
 fn light_cookie(index: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(table[index].xyz);
+}
+
+fn light_media_is_gentle() -> bool {
+    return scene.is_gentle != 0u;
 }
 
 @compute @workgroup_size(64)

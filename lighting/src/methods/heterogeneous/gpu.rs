@@ -10,6 +10,7 @@ use gpu_backend::shader::Assembly;
 use gpu_backend::{Backend, Buffer, Error};
 
 use super::memory::MediaMemory;
+use super::steps::is_gentle;
 use super::{AddEmission, EmittingRays, GatherMedia, MediaRays};
 use crate::EyePanes;
 use crate::gather::check_lengths;
@@ -112,7 +113,7 @@ pub(super) struct Scene {
     pub(super) rays: u32,
     pub(super) steps: u32,
     pub(super) panes: u32,
-    pub(super) padding: u32,
+    pub(super) is_gentle: u32,
 }
 
 /// `Scene` of `emission.wgsl`.
@@ -138,6 +139,7 @@ pub struct UploadedMedia {
     room: &'static str,
     bytes: u64,
     emits: bool,
+    fog: Option<Medium>,
 }
 
 impl MediaMemory for GpuMemory {
@@ -321,6 +323,7 @@ impl UploadedMedia {
             room: room.1,
             bytes: bytes as u64,
             emits: media.emits(),
+            fog: media.medium().copied(),
         })
     }
 
@@ -367,6 +370,7 @@ impl<V: InShader<PointSlot>, E: Encode> GatherMedia<V> for Gpu<E> {
         let (emitter, cookie) = EmitterRecord::new(lit.emitter);
         let mut table: Vec<_> = cookie.iter().map(|texel| texel.map(f32::to_bits)).collect();
         let panes = add_panes(lit.panes, lit.rays.len(), &mut table);
+        let fog = lit.media.fog.as_ref();
         let scene = Scene {
             emitter,
             medium: MediumRecord::new(&Medium::VACUUM),
@@ -374,7 +378,7 @@ impl<V: InShader<PointSlot>, E: Encode> GatherMedia<V> for Gpu<E> {
             rays: lit.rays.len() as u32,
             steps: lit.steps,
             panes,
-            padding: 0,
+            is_gentle: fog.is_some_and(|fog| is_gentle(fog, lit.emitter)).into(),
         };
         let media = lit.media;
         self.dispatch(

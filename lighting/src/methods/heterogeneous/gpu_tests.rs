@@ -83,7 +83,7 @@ fn gathers_compile_with_every_map_and_see_media_as_they_are() {
             rays,
             steps,
             panes,
-            padding
+            is_gentle
         }
     );
 }

@@ -19,10 +19,12 @@
 //! Pieces are joined and cut to parts that are at most 0.4 mean free paths deep and no longer
 //! than 0.15 of the distance of the light, and the light is evaluated once on each part. Where
 //! there is even fog alone all factors but V are smooth, except at the full cone of a spotlight:
-//! it is cut there, and to stretches that are at most 0.6 mean free paths deep and 16° wide at the
-//! light, and the light is evaluated at the two nodes of Gauss's rule in that angle; of a sun, in
-//! the distance. V is asked once for each *step*, which is a run of parts or stretches, at the
-//! centroid of the light that the step would scatter unshadowed.
+//! it is cut there, and to stretches, and the light is evaluated at the two nodes of Gauss's rule
+//! in the angle at the light; of a sun, in the distance. A stretch is at most 16° wide at the
+//! light, or 32° in fog without bounds around a lamp without a pattern if the phase function has
+//! no narrow peak (|g| ≤ 1/7), and at most `min(0.6 T^−¼, 2)` mean free paths deep. V is asked
+//! once for each *step*, which is a run of parts or stretches, at the centroid of the light that
+//! the step would scatter unshadowed.
 //!
 //! # Steps
 //!
@@ -37,8 +39,8 @@
 //! Unshadowed light is of second order in the lengths of parts, and of fourth order in those of
 //! stretches. Shadows are sampled N times; their error is of first order at their edges and of
 //! second order elsewhere. A ray visits each cell on its way in which there is anything once
-//! for every light, which takes most of the time if steps are few. Empty cells are passed over:
-//! a bit for each cell tells.
+//! for every light, which takes most of the time where smoke fills the view and steps are few.
+//! Empty cells are passed over: a bit for each cell tells.
 //!
 //! # Emission
 //!

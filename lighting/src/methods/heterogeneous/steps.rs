@@ -1,8 +1,9 @@
 //! The steps of a ray: runs of pieces, for each of which visibility is asked once.
 
+use airlight::Phase;
 use glam::DVec3;
 
-use crate::scene::{MediaPiece, PhaseFunction, Scattering, ScatteringAngle};
+use crate::scene::{Emitter, MediaPiece, Medium, PhaseFunction, Scattering, ScatteringAngle};
 
 /// The line of an eye ray in relation to one light.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +12,8 @@ pub(super) struct Line {
     pub(super) lamp: Option<[f64; 2]>,
     /// Where the full cone of a spotlight begins and ends; infinite where it does not.
     pub(super) rims: [f64; 2],
+    /// Whether stretches of even fog may be [wide](is_gentle).
+    pub(super) is_gentle: bool,
 }
 
 impl Line {
@@ -259,10 +262,15 @@ const PART_LENGTH: f64 = 0.15;
 const PART_DEPTH: f64 = 0.4;
 
 /// The largest angle at the light, and the largest optical depth, of a stretch of even fog with
-/// two nodes, and of one with one node.
+/// two nodes, and of one with one node; the angle of two nodes is the wide one where the light
+/// [is gentle](is_gentle).
 const STRETCH_TURN: Turn = Turn {
     sin: 7.0 / 25.0,
     cos: 24.0 / 25.0,
+};
+const WIDE_TURN: Turn = Turn {
+    sin: 28.0 / 53.0,
+    cos: 45.0 / 53.0,
 };
 const STRETCH_DEPTH: f64 = 0.6;
 const SHORT_TURN: Turn = Turn {
@@ -270,6 +278,29 @@ const SHORT_TURN: Turn = Turn {
     cos: 544.0 / 545.0,
 };
 const SHORT_DEPTH: f64 = 0.05;
+
+/// The largest optical depth of any stretch with two nodes: its own error is 0.3 %.
+const LAST_DEPTH: f64 = 2.0;
+
+/// The largest optical depth of a stretch at whose start this share of the light is left. The
+/// error of two nodes is the fifth power of the depth times the share, so that each mean free
+/// path adds alike to the error of the ray.
+fn stretch_depth(left: f64) -> f64 {
+    (STRETCH_DEPTH / left.sqrt().sqrt()).min(LAST_DEPTH)
+}
+
+/// Whether the light that even fog scatters from a light changes so gently with the angle at the
+/// light that stretches may be wide: the phase function has no narrow peak, the light shines
+/// alike everywhere, and its way through the fog has no kink.
+pub(super) fn is_gentle(fog: &Medium, emitter: &Emitter) -> bool {
+    /// The peak of Henyey and Greenstein's function of g = 1/7.
+    const WIDTH: f64 = 0.75;
+    let is_plain = match emitter {
+        Emitter::Directional(_) => true,
+        Emitter::Point(point) => point.is_plain(),
+    };
+    is_plain && fog.bounds().is_none() && fog.phase().peaks().iter().all(|peak| *peak >= WIDTH)
+}
 
 /// Colours of which less than this share is left, beside the one of which most is left, do not
 /// shorten stretches.
@@ -413,8 +444,13 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         while start < end && left.max_element() >= NOTHING {
             let is_seen = left.cmpge(DVec3::splat(SEEN * left.max_element()));
             let most = DVec3::select(is_seen, fog.extinction, DVec3::ZERO).max_element();
-            let limit = self.line.turned(start, STRETCH_TURN);
-            let limit = limit.min(start + STRETCH_DEPTH / most);
+            let turn = if self.line.is_gentle {
+                WIDE_TURN
+            } else {
+                STRETCH_TURN
+            };
+            let deepest = stretch_depth(left.max_element());
+            let limit = self.line.turned(start, turn).min(start + deepest / most);
             let rim = self.line.smooth(start, end);
             // A sliver would have nodes of its own.
             let is_last = rim - start < 1.1 * (limit - start);
@@ -424,7 +460,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
                 limit.max(start.next_up())
             };
             let depth = (stop - start) * fog.extinction;
-            if most * (stop - start) > 2.0 * STRETCH_DEPTH {
+            if most * (stop - start) > 2.0 * deepest {
                 // No float is nearer.
                 let lost = left * -exp_m1(-depth);
                 let scattered = share(fog.scattering, fog.extinction) * lost;

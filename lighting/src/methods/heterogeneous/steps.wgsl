@@ -4,6 +4,9 @@
 //
 // Needs walk.wgsl, the parts NUMERIC, PHASE and PATH, and the slot of the point visibility,
 //   fn light_point_visibility(point: vec3<f32>) -> vec3<f32>
+// and
+//   fn light_media_is_gentle() -> bool
+// which tells whether stretches of even fog may be wide.
 
 // A piece of more steps than this is entered where it begins to be visible.
 const light_media_LONG: f32 = 8.0;
@@ -17,11 +20,16 @@ const light_media_PART_LENGTH: f32 = 0.15;
 const light_media_PART_DEPTH: f32 = 0.4;
 
 // The largest angle at the light, and the largest optical depth, of a stretch of even fog with
-// two nodes, and of one with one node.
+// two nodes, and of one with one node; the angle of two nodes is the wide one where the light is
+// gentle.
 const light_media_STRETCH_TURN: vec2<f32> = vec2(7.0, 24.0) / 25.0;
+const light_media_WIDE_TURN: vec2<f32> = vec2(28.0, 45.0) / 53.0;
 const light_media_STRETCH_DEPTH: f32 = 0.6;
 const light_media_SHORT_TURN: vec2<f32> = vec2(33.0, 544.0) / 545.0;
 const light_media_SHORT_DEPTH: f32 = 0.05;
+
+// The largest optical depth of any stretch with two nodes.
+const light_media_LAST_DEPTH: f32 = 2.0;
 
 // Colours of which less than this share is left, beside the one of which most is left, do not
 // shorten stretches.
@@ -617,15 +625,22 @@ fn light_media_scatter_along(
     left_at_begin: vec3<f32>,
 ) -> vec3<f32> {
     let even = light_media.even;
+    let turn = select(
+        light_media_STRETCH_TURN,
+        light_media_WIDE_TURN,
+        light_media_is_gentle(),
+    );
     var start = begin;
     var left = left_at_begin;
     while start < end && light_media_most(left) >= light_media_NOTHING {
         let is_seen = left >= vec3(light_media_SEEN * light_media_most(left));
         let sigma = light_media_most(select(vec3(0.0), even.sigma_t, is_seen));
-        var limit = light_media_turned(path, steps, start, light_media_STRETCH_TURN);
+        var limit = light_media_turned(path, steps, start, turn);
+        let share = sqrt(sqrt(light_media_most(left)));
+        let deepest = min(light_media_STRETCH_DEPTH / share, light_media_LAST_DEPTH);
         // The depth could be 0.
-        if sigma * (limit - start) > light_media_STRETCH_DEPTH {
-            limit = start + light_media_STRETCH_DEPTH / sigma;
+        if sigma * (limit - start) > deepest {
+            limit = start + deepest / sigma;
         }
         let rims = select(vec2(end), (*steps).rims, (*steps).rims > vec2(start));
         let rim = min(end, min(rims.x, rims.y));
@@ -657,7 +672,7 @@ fn light_media_scatter_along(
         }
         let falloff = light_media_falloff(path, steps, start, stop);
         // No float may be near enough.
-        let is_opaque = sigma * span > 2.0 * light_media_STRETCH_DEPTH;
+        let is_opaque = sigma * span > 2.0 * deepest;
         for (var i = 0u; i < select(2u, 1u, is_short || is_opaque); i++) {
             let x = start + select(nodes[i], 0.0, is_opaque);
             let arriving = light_media_arriving(path, walk, steps, x);

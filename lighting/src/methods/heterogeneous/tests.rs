@@ -128,21 +128,31 @@ fn worst(found: &[Vec3], truth: &[Vec3]) -> f32 {
 
 #[test]
 fn even_fog_is_what_its_evaluators_say() {
-    for sigma in [0.02_f32, 0.5, 8.0] {
+    for (sigma, phase) in [
+        (0.02_f32, HAZE),
+        (0.5, HAZE),
+        (8.0, HAZE),
+        (0.02, PhaseFunction::Isotropic),
+        (0.5, PhaseFunction::HenyeyGreenstein { g: -0.14 }),
+        (8.0, PhaseFunction::Rayleigh),
+    ] {
         let open = Medium::new(
             Vec3::new(sigma, 0.5 * sigma, 0.2 * sigma),
             Vec3::splat(0.1 * sigma),
-            HAZE,
+            phase,
         )
         .unwrap();
         for medium in [open, open.within(box_of(1.0))] {
             let media = Media::new(Some(&medium), None, &[]);
             for (index, emitter) in lights().iter().enumerate() {
                 let truth = even(&rays(), emitter, &medium);
-                for (steps, allowed) in [(16, 0.1), (64, 0.015), (256, 0.015)] {
+                for (steps, allowed) in [(16, 0.03), (64, 0.015), (256, 0.01)] {
                     let found = gathered(&rays(), emitter, &media, &Clear, steps);
                     let error = worst(&found, &truth);
-                    assert!(error < allowed, "{sigma} {index} {steps}: {error:.1e}");
+                    assert!(
+                        error < allowed,
+                        "{phase:?} {sigma} {index} {steps}: {error:.1e}"
+                    );
                 }
             }
         }
