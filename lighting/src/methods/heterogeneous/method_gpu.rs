@@ -4,13 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use gpu_backend::gpu::{Encode, Gpu, GpuBuffer, GpuMemory, InShader};
-use transmittance::gpu::WgslStored;
-use transmittance::{Accumulate, Evaluate};
+use transmittance::Evaluate;
+use transmittance::gpu::{WgslRule, WgslStored};
 
 use super::method::{Curves, Gathered, NoCurves, OfSize, key};
 use super::{GatherMedia, MediaRays, UploadedMedia};
 use crate::gpu::PointSlot;
-use crate::methods::translucent::TransmittanceMap;
+use crate::methods::translucent::{Casters, TransmittanceMap, made};
 use crate::methods::{Frame, MethodError, OfScene, RunOn};
 use crate::shadow_map::ShadowMap;
 use crate::visibility::Both;
@@ -40,7 +40,7 @@ impl CurvesInShaders for NoCurves {
 
 impl<A, T> CurvesInShaders for OfSize<A, T>
 where
-    A: Accumulate + Default + Clone + Sync + 'static,
+    A: WgslRule + Default + Clone + Sync + 'static,
     A::Curve: Into<T>,
     T: Evaluate + WgslStored + fmt::Debug,
 {
@@ -51,16 +51,15 @@ where
         light: usize,
     ) -> Result<Self::Visibility, MethodError> {
         let inputs = &frame.inputs;
-        let curves = frame.store.get(
-            "map of transmittance",
-            key::<A>(inputs, light),
-            TransmittanceMap::bytes,
-            || {
-                Self::on_host(inputs, light)?
-                    .upload(frame.backend)
-                    .map_err(MethodError::resource("a map of transmittance"))
-            },
-        )?;
+        let key = key::<A>(inputs, light);
+        let curves =
+            frame
+                .store
+                .get("map of transmittance", key, TransmittanceMap::bytes, || {
+                    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
+                    let whose = (&casters, light, key.2);
+                    made(frame, whose, &A::default(), || Self::on_host(inputs, light))
+                })?;
         Ok(Both(frame.shadow_map(light)?, curves))
     }
 }

@@ -50,7 +50,8 @@
 //! # On GPUs
 //!
 //! Shaders use the same pieces, parts and steps in f32, with one invocation per ray. They work
-//! with visibility that shaders can ask at points: shadow maps and curves of a fixed size.
+//! with visibility that shaders can ask at points: shadow maps and curves of a fixed size. The
+//! methods have these curves made in shaders too, as [`translucent`](super::translucent) says.
 //! Distances are measured from the point where a ray enters the box around all smoke, so that
 //! far voxels keep their digits. Media are uploaded once (`UploadedMedia`). Of WebGPU's eight
 //! storage buffers they take three, and leave two to the visibility. A ray keeps the next 16

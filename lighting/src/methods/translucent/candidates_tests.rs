@@ -1,5 +1,7 @@
 //! Maps that shaders make of casters, against the truth and against the CPU.
 
+use std::fmt;
+
 use glam::Vec3;
 use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
 use gpu_backend::shader::Assembly;
@@ -7,8 +9,8 @@ use gpu_backend::testing::Shader;
 use gpu_backend::{Cpu, Host, assert_same_layout, testing};
 use reference::tolerances::Allowed;
 use transmittance::baseline::{Captured, Uncompressed};
-use transmittance::gpu::{CandidatesSlot, build_parts};
-use transmittance::{Curve, Evaluate, Packed, Stream};
+use transmittance::gpu::{CandidatesSlot, WgslRule, WgslStored, build_parts};
+use transmittance::{Curve, Evaluate, Linear, Packed, Stream};
 
 use super::candidates::{self, CandidateRecord, PictureRecord};
 use super::grid_rays::GridRays;
@@ -263,6 +265,48 @@ fn strands_of_every_size_are_met_as_on_the_cpu() {
 fn many_strands_in_smoke_are_within_the_bounds_of_their_curves() {
     let hair = ponytail(7, 2000, 0.004, 0.6).unwrap().into();
     agree(&[hair, smoke_particles(3).into()], None, 32);
+}
+
+/// The mean difference of maps of stored curves that were made there and here.
+fn difference<A, T>(gpu: &Gpu<Queued>, casters: &Casters<'_>, clear: &A) -> f64
+where
+    A: WgslRule + Clone + Sync,
+    A::Curve: Into<T>,
+    T: Evaluate + WgslStored + fmt::Debug + Clone + Sync,
+{
+    const SIDE: u32 = 24;
+    let light = &lights()[2];
+    let there = TransmittanceMap::<_, T>::build_in_shaders(gpu, casters, light, SIDE, clear)
+        .expect("a map is built")
+        .expect("all of it in shaders");
+    let there = there.curves().download(gpu).expect("what was made");
+    let here =
+        TransmittanceMap::<_, T>::build(&Cpu::new(), casters, light, SIDE, clear).expect("a map");
+    let here = here.curves().iter().flat_map(|map| map.texels());
+    let mut off = Vec::new();
+    for (index, here) in here.enumerate() {
+        let there = there.texel(index % SIDE as usize, index / SIDE as usize);
+        let at = |i: u16| 0.05 * f32::from(i);
+        let differences = (0..100).map(|i| there.evaluate(at(i))[0] - here.evaluate(at(i))[0]);
+        off.extend(differences.map(|it| f64::from(it.abs())));
+    }
+    off.iter().sum::<f64>() / off.len() as f64
+}
+
+#[test]
+fn every_rule_makes_the_curves_of_the_cpu() {
+    let Some(gpu) = testing::gpu() else { return };
+    let smoke = [puffs(Profile::Soft)];
+    let casters = Casters::new(&smoke, None);
+    let rule = Curve::<4, Linear>::default();
+    let by_rule = difference::<_, Packed<4, Linear>>(&gpu, &casters, &rule);
+    let by_area = difference::<_, Packed<16>>(&gpu, &casters, &Stream::<16>::default());
+    for mean in [by_rule, by_area] {
+        assert!(
+            mean < Allowed::GpuMet.error(),
+            "{by_rule:.1e} {by_area:.1e}"
+        );
+    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Maps of transmittance on GPUs.
 
+use std::fmt;
 use std::sync::Arc;
 
+use gpu_backend::Host;
 use gpu_backend::gpu::{Encode, Gpu, GpuMemory};
-
-use transmittance::Stream;
+use transmittance::gpu::{WgslRule, WgslStored};
+use transmittance::{Evaluate, Stream};
 
 use super::method::{Curves, map};
 use super::{Casters, TransmittanceMap};
@@ -20,8 +22,43 @@ const NOT_CANDIDATES: &str = "maps of transmittance are made on the CPU: shaders
 const IN_SOFTWARE: &str = "maps of transmittance are made on the CPU: a software driver would \
     take longer";
 
-/// The map of a light, where shaders look it up: made there, or on the CPU if shaders do not
-/// take all casters or if the driver is software.
+/// The map of a light in the memory of a GPU, each curve by the rule of `clear`: made in shaders,
+/// or by `on_host` on the CPU if shaders do not take all casters or if the driver is software.
+pub(in crate::methods) fn made<A, T, E>(
+    frame: &Frame<'_, Gpu<E>>,
+    (casters, light, resolution): (&Casters<'_>, usize, u32),
+    clear: &A,
+    on_host: impl FnOnce() -> Result<Arc<TransmittanceMap<Host, T>>, MethodError>,
+) -> Result<TransmittanceMap<GpuMemory, T>, MethodError>
+where
+    A: WgslRule,
+    A::Curve: Into<T>,
+    T: Evaluate + WgslStored + fmt::Debug,
+    E: Encode,
+{
+    let (inputs, gpu) = (&frame.inputs, frame.backend);
+    let failed = MethodError::resource("a map of transmittance");
+    // Where the processor plays the GPU, it is faster to let it rasterise the casters: in shaders
+    // every texel goes through all that is listed in its squares.
+    let why = if gpu.is_software() {
+        IN_SOFTWARE
+    } else {
+        let goes_on = || inputs.go_on(light).is_ok();
+        let emitter = &inputs.emitters[light];
+        let made =
+            TransmittanceMap::build_while(gpu, casters, emitter, resolution, clear, &goes_on);
+        match made {
+            Ok(Some(map)) => return Ok(map),
+            Ok(None) => NOT_CANDIDATES,
+            Err(error) => return Err(failed(error)),
+        }
+    };
+    inputs.go_on(light)?;
+    inputs.watch.told(why);
+    on_host()?.upload(gpu).map_err(failed)
+}
+
+/// The map of a light, where shaders look it up.
 fn uploaded<E: Encode>(
     frame: &Frame<'_, Gpu<E>>,
     light: usize,
@@ -33,27 +70,8 @@ fn uploaded<E: Encode>(
     frame
         .store
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
-            let failed = MethodError::resource("a map of transmittance");
-            let (emitter, clear) = (&inputs.emitters[light], Stream::<8>::new());
-            let gpu = frame.backend;
-            // Where the processor plays the GPU, it is faster to let it rasterise the casters: in
-            // shaders every texel goes through all that is listed in its squares.
-            let why = if gpu.is_software() {
-                IN_SOFTWARE
-            } else {
-                let goes_on = || inputs.go_on(light).is_ok();
-                let made = TransmittanceMap::build_while(
-                    gpu, &casters, emitter, resolution, &clear, &goes_on,
-                );
-                match made {
-                    Ok(Some(map)) => return Ok(map),
-                    Ok(None) => NOT_CANDIDATES,
-                    Err(error) => return Err(failed(error)),
-                }
-            };
-            inputs.go_on(light)?;
-            inputs.watch.told(why);
-            map(inputs, light)?.upload(gpu).map_err(failed)
+            let (whose, clear) = ((&casters, light, resolution), Stream::<8>::new());
+            made(frame, whose, &clear, || map(inputs, light))
         })
 }
 

@@ -72,6 +72,8 @@ pub use blockers::FaceBlockers;
 pub use map::{CurveMemory, MAX_RESOLUTION, TransmittanceMap, TransmittanceMapError};
 #[cfg(feature = "methods")]
 pub(super) use method::methods;
+#[cfg(all(feature = "methods", feature = "wgpu"))]
+pub(super) use method_gpu::made;
 
 use glam::Vec3;
 
