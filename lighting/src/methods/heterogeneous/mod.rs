@@ -20,11 +20,11 @@
 //! than 0.15 of the distance of the light, and the light is evaluated once on each part. Where
 //! there is even fog alone all factors but V are smooth, except at the full cone of a spotlight:
 //! it is cut there, and to stretches, and the light is evaluated at the two nodes of Gauss's rule
-//! in the angle at the light; of a sun, in the distance. A stretch is at most 16° wide at the
-//! light, or 32° in fog without bounds around a lamp without a pattern if the phase function has
-//! no narrow peak (|g| ≤ 1/7), and at most `min(0.6 T^−¼, 2)` mean free paths deep. V is asked
-//! once for each *step*, which is a run of parts or stretches, at the centroid of the light that
-//! the step would scatter unshadowed.
+//! in the angle at the light; of a sun, in the distance. A stretch is at most `min(0.6 T^−¼, 2)`
+//! mean free paths deep and 16° wide at the light. It may be 32° wide if the lamp shines alike in
+//! all directions and does not fade, the fog has no bounds, and the phase function has no narrow
+//! peak (|g| ≤ 1/7). V is asked once for each *step*, which is a run of parts or stretches, at the
+//! centroid of the light that the step would scatter unshadowed.
 //!
 //! # Steps
 //!

@@ -279,11 +279,11 @@ const SHORT_TURN: Turn = Turn {
 };
 const SHORT_DEPTH: f64 = 0.05;
 
-/// The largest optical depth of any stretch with two nodes: its own error is 0.3 %.
+/// The largest optical depth of any stretch with two nodes, which are off by 0.3 % there.
 const LAST_DEPTH: f64 = 2.0;
 
 /// The largest optical depth of a stretch at whose start this share of the light is left. The
-/// error of two nodes is the fifth power of the depth times the share, so that each mean free
+/// error of two nodes grows with the fifth power of the depth, times the share; so each mean free
 /// path adds alike to the error of the ray.
 fn stretch_depth(left: f64) -> f64 {
     (STRETCH_DEPTH / left.sqrt().sqrt()).min(LAST_DEPTH)
@@ -291,7 +291,7 @@ fn stretch_depth(left: f64) -> f64 {
 
 /// Whether the light that even fog scatters from a light changes so gently with the angle at the
 /// light that stretches may be wide: the phase function has no narrow peak, the light shines
-/// alike everywhere, and its way through the fog has no kink.
+/// alike in all directions and does not fade, and no face of a box cuts its way through the fog.
 pub(super) fn is_gentle(fog: &Medium, emitter: &Emitter) -> bool {
     /// The peak of Henyey and Greenstein's function of g = 1/7.
     const WIDTH: f64 = 0.75;
