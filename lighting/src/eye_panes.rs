@@ -4,10 +4,18 @@ use glam::Vec3;
 #[cfg(feature = "trace")]
 use gpu_backend::Cpu;
 
+use crate::Interval;
 #[cfg(feature = "trace")]
 use crate::Ray;
+#[cfg(all(feature = "trace", feature = "wgpu"))]
+use crate::gather::RAYS;
 #[cfg(feature = "trace")]
 use crate::scene::view::Cover;
+use crate::visibility::{LitInterval, Share};
+#[cfg(all(feature = "trace", feature = "wgpu"))]
+use crate::visibility::{VisibilitySource, join_touching};
+#[cfg(all(feature = "trace", feature = "wgpu"))]
+use crate::{Emitter, LightPath, scene::Medium};
 
 /// The see-through surfaces and the hair between the origins and the ends of the rays of a
 /// frame. What is behind one of them, airlight included, is seen through it.
@@ -99,6 +107,49 @@ impl EyePanes {
         Some(all)
     }
 
+    /// What is seen of the light of one lamp that is scattered along rays with these `panes` in
+    /// front, if `visibility` tells which parts of them are lit.
+    #[cfg(all(feature = "trace", feature = "wgpu"))]
+    pub(crate) fn lit<V: VisibilitySource>(
+        cpu: &Cpu,
+        panes: Option<&Self>,
+        rays: &[Ray],
+        emitter: &Emitter,
+        visibility: &V,
+    ) -> Self {
+        let order = visibility.neighbours(rays, emitter);
+        // Memory holds no more rays than a u32 counts.
+        let order = order.unwrap_or_else(|| (0..rays.len() as u32).collect());
+        let bundles = cpu.map(order.len().div_ceil(RAYS), |unit| {
+            let first = unit * RAYS;
+            let numbers = &order[first..order.len().min(first + RAYS)];
+            let paths = numbers.iter().filter_map(|ray| {
+                let path = LightPath::new(&rays[*ray as usize], emitter, &Medium::VACUUM)?;
+                Some(path.with_index(*ray).off_the_light())
+            });
+            let paths: Vec<LightPath<'_>> = paths.collect();
+            let mut found = Vec::with_capacity(paths.len());
+            visibility.lit_of_neighbours(&paths, &mut |path, parts| {
+                join_touching(parts, 0);
+                let ray = paths[path].index();
+                let mut seen = Vec::with_capacity(2 * parts.len() + 1);
+                seen_along(panes.map_or(&[], |panes| panes.of(ray)), parts, &mut seen);
+                found.push((ray, seen));
+            });
+            found
+        });
+        let mut of_rays: Vec<Vec<Behind>> = vec![Vec::new(); rays.len()];
+        for (ray, seen) in bundles.into_iter().flatten() {
+            of_rays[ray as usize] = seen;
+        }
+        let mut all = Self::default();
+        for seen in of_rays {
+            all.panes.extend(seen);
+            all.ends.push(all.panes.len() as u32);
+        }
+        all
+    }
+
     /// The panes of the ray of this number, the nearest first; none if there is no such ray.
     pub(crate) fn of(&self, ray: u32) -> &[Behind] {
         let Some(&end) = self.ends.get(ray as usize) else {
@@ -136,6 +187,51 @@ impl EyePanes {
     }
 }
 
+/// Writes to `seen` which share of the light scattered along a ray reaches the eye if only these
+/// parts are lit: nothing of what is in the dark, and what the panes in front let through of the
+/// rest.
+pub(crate) fn seen_along<S: Share>(
+    mut panes: &[Behind],
+    lit: &[LitInterval<S>],
+    seen: &mut Vec<Behind>,
+) {
+    seen.clear();
+    let mut through = Vec3::ONE;
+    let mut lit_until = 0.0;
+    for part in lit {
+        let Interval { start, end } = part.interval;
+        let mut from = start;
+        if lit_until < start {
+            let share = Vec3::ZERO;
+            seen.push(Behind {
+                from: lit_until,
+                share,
+            });
+        }
+        loop {
+            while let [pane, others @ ..] = panes
+                && pane.from <= from
+            {
+                (through, panes) = (pane.share, others);
+            }
+            let share = part.visibility * through;
+            seen.push(Behind { from, share });
+            match panes {
+                [pane, ..] if pane.from < end => from = pane.from,
+                _ => break,
+            }
+        }
+        lit_until = end;
+    }
+    if lit_until < f32::INFINITY {
+        let share = Vec3::ZERO;
+        seen.push(Behind {
+            from: lit_until,
+            share,
+        });
+    }
+}
+
 #[cfg(all(test, feature = "trace"))]
 mod tests {
     use super::*;
@@ -165,5 +261,44 @@ mod tests {
         assert_eq!(clear, Some(panes()));
         let alone = EyePanes::with_cover(None, &cover, 1, |ray| ray).unwrap();
         assert_eq!(alone.of(0), [behind(2.0, 0.5), behind(4.0, 0.25)]);
+    }
+
+    #[test]
+    fn the_dark_and_what_is_behind_panes_is_seen_as_such() {
+        let behind = |from: f32, share: f32| Behind {
+            from,
+            share: Vec3::splat(share),
+        };
+        let part = |start, end, visibility| LitInterval {
+            interval: Interval::new(start, end),
+            visibility,
+        };
+        let panes = [behind(1.0, 0.5), behind(3.0, 0.25), behind(4.0, 0.125)];
+        let mut seen = vec![behind(7.0, 7.0)];
+        let dark_from = |from| behind(from, 0.0);
+        let nothing: [LitInterval; 0] = [];
+        seen_along(&panes, &nothing, &mut seen);
+        assert_eq!(seen, [dark_from(0.0)]);
+        let lit = [
+            part(0.5, 2.0, 1.0),
+            part(2.0, 2.5, 0.5),
+            part(3.5, 4.0, 1.0),
+        ];
+        seen_along(&panes, &lit, &mut seen);
+        let expected = [
+            dark_from(0.0),
+            behind(0.5, 1.0),
+            behind(1.0, 0.5),
+            behind(2.0, 0.25),
+            dark_from(2.5),
+            behind(3.5, 0.25),
+            dark_from(4.0),
+        ];
+        assert_eq!(seen, expected);
+        seen_along(&[], &lit, &mut seen);
+        let shares: Vec<f32> = seen.iter().map(|behind| behind.share.x).collect();
+        assert_eq!(shares, [0.0, 1.0, 0.5, 0.0, 1.0, 0.0]);
+        seen_along(&[], &[part(0.0, f32::INFINITY, 1.0)], &mut seen);
+        assert_eq!(seen, [behind(0.0, 1.0)]);
     }
 }

@@ -260,34 +260,35 @@ where
         if lit.medium.scatters_nothing() {
             return Ok(());
         }
-        if let Some(order) = visibility.neighbours(lit.rays, lit.emitter) {
-            gather_neighbours(self, lit, &order, visibility, airlight, radiance);
-            return Ok(());
-        }
-        self.for_each_chunk(radiance, RAYS, |first, chunk| {
-            // Memory holds no more rays than a u32 counts.
-            let rays = first as u32..(first + chunk.len()) as u32;
-            gather_together(lit, rays, visibility, airlight, chunk);
+        let order = visibility.neighbours(lit.rays, lit.emitter);
+        in_bundles(self, order.as_deref(), radiance, |rays, sums| {
+            gather_together(lit, rays, visibility, airlight, sums);
         });
         Ok(())
     }
 }
 
-/// Gathers rays in an order in which those with similar blockers are asked about together.
-fn gather_neighbours<V: VisibilitySource, A: AirlightEvaluator>(
+/// Calls `gather` for bundles of rays, with their numbers and the sums to which it adds: rays that
+/// are next to each other in this order, or in that of their numbers.
+pub(crate) fn in_bundles(
     cpu: &Cpu,
-    lit: &LitRays<'_, Host>,
-    order: &[u32],
-    visibility: &V,
-    airlight: &A,
+    order: Option<&[u32]>,
     radiance: &mut [[f32; 4]],
+    gather: impl Fn(&[u32], &mut [[f32; 4]]) + Sync,
 ) {
+    let Some(order) = order else {
+        return cpu.for_each_chunk(radiance, RAYS, |first, chunk| {
+            // Memory holds no more rays than a u32 counts.
+            let rays: Vec<u32> = (first as u32..(first + chunk.len()) as u32).collect();
+            gather(&rays, chunk);
+        });
+    };
     let before: &[[f32; 4]] = radiance;
     let sums = cpu.map(order.len().div_ceil(RAYS), |unit| {
         let first = unit * RAYS;
         let rays = &order[first..order.len().min(first + RAYS)];
         let mut sums: Vec<[f32; 4]> = rays.iter().map(|ray| before[*ray as usize]).collect();
-        gather_together(lit, rays.iter().copied(), visibility, airlight, &mut sums);
+        gather(rays, &mut sums);
         sums
     });
     for (ray, sum) in order.iter().zip(sums.into_iter().flatten()) {
@@ -299,15 +300,15 @@ fn gather_neighbours<V: VisibilitySource, A: AirlightEvaluator>(
 /// all of them together.
 fn gather_together<V: VisibilitySource, A: AirlightEvaluator>(
     lit: &LitRays<'_, Host>,
-    rays: impl Iterator<Item = u32>,
+    rays: &[u32],
     visibility: &V,
     airlight: &A,
     sums: &mut [[f32; 4]],
 ) {
     let mut numbers = Vec::with_capacity(sums.len());
     let mut paths = Vec::with_capacity(sums.len());
-    for (number, ray) in rays.enumerate() {
-        let path = LightPath::new(&lit.rays[ray as usize], lit.emitter, lit.medium);
+    for (number, ray) in rays.iter().enumerate() {
+        let path = LightPath::new(&lit.rays[*ray as usize], lit.emitter, lit.medium);
         if let Some(path) = path {
             numbers.push(number);
             paths.push(path.with_index(lit.first + ray).off_the_light());

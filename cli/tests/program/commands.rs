@@ -108,7 +108,7 @@ fn a_quality_alone_is_that_of_the_method_that_sees_smoke() {
         ]
         .concat(),
     );
-    assert!(text.contains("media-area-8 with 8 steps"), "{text}");
+    assert!(text.contains("media-exact-area-8 with 8 steps"), "{text}");
 }
 
 #[test]

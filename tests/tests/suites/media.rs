@@ -13,7 +13,7 @@ use lighting::scene::{
     Bounds, DensityGrid, HeightFog, Interpolation, Media, Medium, PhaseFunction, Translucent,
 };
 use lighting::translucent::{Casters, TransmittanceMap};
-use reference::metrics::image_error;
+use reference::metrics::{Reference, image_error};
 use reference::oracle::media::{Air, MediaWorld, reference as of_media};
 use reference::oracle::quadrature::Tolerance;
 use reference::random::Random;
@@ -184,4 +184,31 @@ fn a_gather_uses_the_maps_that_surfaces_have() {
             .filter(|used| used.what.contains("transmittance"));
         assert!(maps.map(|used| used.seconds).all(|seconds| seconds == 0.0));
     }
+}
+
+/// Beams through a window are sampled by the steps of other gathers, and cut out by this one.
+#[test]
+fn beams_in_smoke_have_exact_edges_with_few_steps() {
+    let scene = TestScene::new(Embedded::SmokeRoom, 40, 22);
+    let host = Store::new();
+    let inputs = inputs(&scene, 512, &host);
+    let registry = Registry::standard();
+    let lit = |name: &str, steps| {
+        let entry = registry.find(name).unwrap();
+        image(&Cpu::new(), inputs, &entry, steps).unwrap().unwrap()
+    };
+    let truth = lit("media-exact-area-8", 1024);
+    let truth = Reference {
+        bound: vec![0.0; truth.len()],
+        radiance: truth
+            .iter()
+            .map(|&[r, g, b, _]| [r, g, b].map(f64::from))
+            .collect(),
+    };
+    let error = |name: &str, steps| image_error(&lit(name, steps), &truth).rmse;
+    let (exact, sampled) = (error("media-exact-area-8", 16), error("media-area-8", 16));
+    assert!(exact < 0.05 && sampled > 4.0 * exact, "{exact} {sampled}");
+    // The two agree in the limit.
+    let limit = error("media-area-8", 1024);
+    assert!(limit < 0.05, "{limit}");
 }

@@ -83,7 +83,11 @@ fn gather_media(
                 steps.seen = behind.xyz;
                 pane += 1u;
             }
-            goes_on = light_media_add(path, &walk, &steps, start, end);
+            if any(steps.seen > vec3(0.0)) {
+                goes_on = light_media_add(path, &walk, &steps, start, end);
+            } else {
+                goes_on = pane < panes.y;
+            }
             start = end;
         }
     }

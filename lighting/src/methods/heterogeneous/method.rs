@@ -13,6 +13,7 @@ use transmittance::baseline::{
 };
 use transmittance::{Accumulate, Curve, Evaluate, Linear, Packed, Stream};
 
+use super::exact_triangles::ExactTriangles;
 #[cfg(feature = "wgpu")]
 use super::method_gpu::CurvesInShaders as CurvesEverywhere;
 use super::{DoubleMarch, GatherMedia, MediaRays};
@@ -64,7 +65,7 @@ pub(super) struct OfSize<A, T>(PhantomData<fn() -> (A, T)>);
 type ByRule<const N: usize> = OfSize<Curve<N, Linear>, Packed<N, Linear>>;
 
 /// Curves by least area.
-type ByArea<const N: usize> = OfSize<Stream<N>, Packed<N>>;
+pub(super) type ByArea<const N: usize> = OfSize<Stream<N>, Packed<N>>;
 
 impl<A, T> Default for OfSize<A, T> {
     fn default() -> Self {
@@ -82,8 +83,9 @@ where
     pub(super) fn on_host(
         inputs: &FrameInputs<'_>,
         light: usize,
+        panes: Panes,
     ) -> Result<Arc<TransmittanceMap<Host, T>>, MethodError> {
-        map_of(inputs, light, &A::default())
+        map_of(inputs, light, panes, &A::default())
     }
 }
 
@@ -94,7 +96,7 @@ where
     T: Evaluate + fmt::Debug + Send + Sync + 'static,
 {
     fn map(&self, inputs: &FrameInputs<'_>, light: usize) -> Result<Option<Map>, MethodError> {
-        Ok(Some(Self::on_host(inputs, light)?))
+        Ok(Some(Self::on_host(inputs, light, Panes::InMap)?))
     }
 }
 
@@ -116,13 +118,13 @@ pub(super) struct Gathered<C> {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Named {
-    name: &'static str,
-    title: &'static str,
-    purpose: &'static str,
-    paper: &'static str,
-    role: Role,
-    quick: &'static [u32],
+pub(super) struct Named {
+    pub(super) name: &'static str,
+    pub(super) title: &'static str,
+    pub(super) purpose: &'static str,
+    pub(super) paper: &'static str,
+    pub(super) role: Role,
+    pub(super) quick: &'static [u32],
 }
 
 impl<C> fmt::Debug for Gathered<C> {
@@ -136,7 +138,7 @@ const MAX_STEPS: u32 = 1 << 16;
 
 const QUALITIES: &[u32] = &[8, 16, 32, 64, 128];
 
-fn about(named: Named, unit: &'static str) -> About {
+pub(super) fn about(named: Named, unit: &'static str) -> About {
     About {
         name: named.name.into(),
         title: named.title,
@@ -152,7 +154,7 @@ fn about(named: Named, unit: &'static str) -> About {
     }
 }
 
-fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
+pub(super) fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
     if (1..=MAX_STEPS).contains(&steps) {
         return Ok(());
     }
@@ -163,7 +165,7 @@ fn check(steps: u32, unit: &'static str) -> Result<(), MethodError> {
     })
 }
 
-fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
+pub(super) fn needs_media(inputs: &FrameInputs<'_>) -> Verdict {
     match inputs.media().is_homogeneous() {
         true => Verdict::Pointless("the medium is the same everywhere".into()),
         false => Verdict::Applies,
@@ -175,7 +177,7 @@ fn has_hair(inputs: &FrameInputs<'_>) -> bool {
     inputs.translucent.iter().any(is_hair)
 }
 
-const STEPS: &str = "steps";
+pub(super) const STEPS: &str = "steps";
 
 impl<C: Curves> Method for Gathered<C> {
     fn about(&self) -> About {
@@ -213,12 +215,7 @@ impl<C: Curves> Method for Gathered<C> {
 
     fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
         let maps = inputs.map_work();
-        let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-        let texels = inputs.emitters.iter().map(|emitter| {
-            let side = casters.resolution(inputs.map, inputs.emitters, emitter);
-            inputs.map_faces([emitter]) as u64 * u64::from(side).pow(2)
-        });
-        let curves = texels.sum::<u64>() * casters.channels() as u64 * self.bytes;
+        let curves = bytes_of_curves(inputs, Panes::InMap, self.bytes);
         Work {
             // The work of a curve is the number of its values.
             once: maps.once + (curves / 4) as f64,
@@ -227,6 +224,16 @@ impl<C: Curves> Method for Gathered<C> {
             ..maps
         }
     }
+}
+
+/// The memory of the maps of all lights, with curves of `each` bytes.
+pub(super) fn bytes_of_curves(inputs: &FrameInputs<'_>, panes: Panes, each: u64) -> u64 {
+    let casters = casters(inputs, panes);
+    let texels = inputs.emitters.iter().map(|emitter| {
+        let side = casters.resolution(inputs.map, inputs.emitters, emitter);
+        inputs.map_faces([emitter]) as u64 * u64::from(side).pow(2)
+    });
+    texels.sum::<u64>() * casters.channels() as u64 * each
 }
 
 /// The visibility past opaque and translucent casters.
@@ -389,20 +396,48 @@ impl RunOn<Cpu> for BruteForce {
     }
 }
 
-/// The key of a transmittance map: what makes its curves, its light, and texels per side.
-type Key = (TypeId, usize, u32);
+/// Where the shadows of see-through triangles are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Panes {
+    /// In the map of transmittance.
+    InMap,
+    /// Elsewhere.
+    Apart,
+}
 
-pub(super) fn key<A: 'static>(inputs: &FrameInputs<'_>, light: usize) -> Key {
-    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-    let resolution = casters.resolution(inputs.map, inputs.emitters, &inputs.emitters[light]);
-    (TypeId::of::<A>(), light, resolution)
+/// The casters of a map of transmittance.
+pub(super) fn casters<'a>(inputs: &FrameInputs<'a>, panes: Panes) -> Casters<'a> {
+    match panes {
+        Panes::InMap => Casters::see_through(inputs.translucent, inputs.geometry),
+        Panes::Apart => Casters::new(inputs.translucent, None),
+    }
+}
+
+/// The key of a transmittance map: what makes its curves, its light, texels per side, and where
+/// see-through triangles are.
+type Key = (TypeId, usize, u32, Panes);
+
+pub(super) fn key<A: 'static>(inputs: &FrameInputs<'_>, light: usize, panes: Panes) -> Key {
+    let emitter = &inputs.emitters[light];
+    let resolution = casters(inputs, panes).resolution(inputs.map, inputs.emitters, emitter);
+    // Where there are none, the maps are the same.
+    let panes = match inputs.geometry.coatings().any_see_through() {
+        true => panes,
+        false => Panes::InMap,
+    };
+    (TypeId::of::<A>(), light, resolution, panes)
 }
 
 /// Puts the map of a light that was made elsewhere into a store, for gathers with curves of
 /// eight nodes by least area. It must be that of all translucent casters and see-through
 /// triangles, and is not used by gathers that need more [texels](Casters::resolution).
 pub fn share_transmittance_map(host: &Store<Host>, light: usize, map: &Arc<TransmittanceMap>) {
-    let key: Key = (TypeId::of::<Stream<8>>(), light, map.resolution());
+    let key: Key = (
+        TypeId::of::<Stream<8>>(),
+        light,
+        map.resolution(),
+        Panes::InMap,
+    );
     host.insert("map of transmittance", key, map.clone(), map.bytes());
 }
 
@@ -410,6 +445,7 @@ pub fn share_transmittance_map(host: &Store<Host>, light: usize, map: &Arc<Trans
 fn map_of<A, T>(
     inputs: &FrameInputs<'_>,
     light: usize,
+    panes: Panes,
     clear: &A,
 ) -> Result<Arc<TransmittanceMap<Host, T>>, MethodError>
 where
@@ -417,8 +453,8 @@ where
     A::Curve: Into<T>,
     T: Evaluate + fmt::Debug + Send + Sync + 'static,
 {
-    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-    let key = key::<A>(inputs, light);
+    let casters = casters(inputs, panes);
+    let key = key::<A>(inputs, light, panes);
     inputs
         .host
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
@@ -435,7 +471,7 @@ where
     A::Curve: Into<T>,
     T: Evaluate + fmt::Debug + Send + Sync + 'static,
 {
-    Ok(map_of::<A, T>(inputs, light, clear)?)
+    Ok(map_of::<A, T>(inputs, light, Panes::InMap, clear)?)
 }
 
 fn deep(inputs: &FrameInputs<'_>, light: usize) -> Result<Map, MethodError> {
@@ -554,6 +590,7 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         quick: &[32],
     };
     vec![
+        Entry::everywhere(ExactTriangles),
         everywhere(area, ByArea::<8>::default(), 8),
         everywhere(unshadowed, NoCurves, 0),
         everywhere(

@@ -3,17 +3,20 @@
 use std::fmt;
 use std::sync::Arc;
 
+use gpu_backend::Cpu;
 use gpu_backend::gpu::{Encode, Gpu, GpuBuffer, GpuMemory, InShader};
 use transmittance::Evaluate;
 use transmittance::gpu::{WgslRule, WgslStored};
 
-use super::method::{Curves, Gathered, NoCurves, OfSize, key};
+use super::exact_triangles::{self, ExactTriangles};
+use super::method::{Curves, Gathered, NoCurves, OfSize, Panes, STEPS, casters, check, key};
 use super::{GatherMedia, MediaRays, UploadedMedia};
+use crate::EyePanes;
 use crate::gpu::PointSlot;
-use crate::methods::translucent::{Casters, TransmittanceMap, made};
+use crate::methods::translucent::{TransmittanceMap, made};
 use crate::methods::{Frame, MethodError, OfScene, RunOn};
 use crate::shadow_map::ShadowMap;
-use crate::visibility::Both;
+use crate::visibility::{Both, Exact};
 
 /// Maps that shaders read.
 pub(super) trait CurvesInShaders: Curves {
@@ -50,17 +53,33 @@ where
         frame: &Frame<'_, Gpu<E>>,
         light: usize,
     ) -> Result<Self::Visibility, MethodError> {
-        let inputs = &frame.inputs;
-        let key = key::<A>(inputs, light);
-        let curves =
-            frame
-                .store
-                .get("map of transmittance", key, TransmittanceMap::bytes, || {
-                    let casters = Casters::see_through(inputs.translucent, inputs.geometry);
-                    let whose = (&casters, light, key.2);
-                    made(frame, whose, &A::default(), || Self::on_host(inputs, light))
-                })?;
+        let curves = Self::in_shaders(frame, light, Panes::InMap)?;
         Ok(Both(frame.shadow_map(light)?, curves))
+    }
+}
+
+impl<A, T> OfSize<A, T>
+where
+    A: WgslRule + Default + Clone + Sync + 'static,
+    A::Curve: Into<T>,
+    T: Evaluate + WgslStored + fmt::Debug,
+{
+    /// The map of a light, for shaders.
+    fn in_shaders<E: Encode>(
+        frame: &Frame<'_, Gpu<E>>,
+        light: usize,
+        panes: Panes,
+    ) -> Result<Arc<TransmittanceMap<GpuMemory, T>>, MethodError> {
+        let inputs = &frame.inputs;
+        let key = key::<A>(inputs, light, panes);
+        frame
+            .store
+            .get("map of transmittance", key, TransmittanceMap::bytes, || {
+                let whose = (&casters(inputs, panes), light, key.2);
+                made(frame, whose, &A::default(), || {
+                    Self::on_host(inputs, light, panes)
+                })
+            })
     }
 }
 
@@ -104,6 +123,66 @@ impl<C: CurvesInShaders, E: Encode> RunOn<Gpu<E>> for Gathered<C> {
             };
             frame.pass("gather through media", || {
                 Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// The curves of smoke and hair that shaders ask about.
+fn curves<E: Encode>(
+    frame: &Frame<'_, Gpu<E>>,
+    light: usize,
+) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
+    exact_triangles::Curves::in_shaders(frame, light, Panes::Apart)
+}
+
+impl<E: Encode> RunOn<Gpu<E>> for ExactTriangles {
+    fn prepare(&self, frame: &Frame<'_, Gpu<E>>, steps: u32) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        uploaded(frame)?;
+        frame.inputs.tracer()?;
+        (0..frame.inputs.emitters.len()).try_for_each(|light| {
+            frame.inputs.go_on(light)?;
+            curves(frame, light).map(|_| ())
+        })
+    }
+
+    /// The CPU finds the lit parts, and shaders do the rest.
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, Gpu<E>>,
+        steps: u32,
+        radiance: &mut GpuBuffer<[f32; 4]>,
+    ) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        let inputs = &frame.inputs;
+        let media = uploaded(frame)?;
+        let panes = inputs.panes()?;
+        let exact = Exact::new(inputs.tracer()?);
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            inputs.go_on(light)?;
+            let curves = curves(frame, light)?;
+            let seen = frame.pass("lit parts", || {
+                let rays = inputs.rays;
+                Ok(EyePanes::lit(
+                    &Cpu::new(),
+                    panes.as_ref(),
+                    rays,
+                    emitter,
+                    &exact,
+                ))
+            })?;
+            let lit = MediaRays {
+                rays: &frame.rays,
+                emitter,
+                media: &*media,
+                steps,
+                panes: Some(&seen),
+                watch: inputs.watch,
+            };
+            frame.pass("gather through media", || {
+                Ok(frame.backend.gather_media(&lit, &curves, radiance)?)
             })?;
         }
         Ok(())

@@ -42,6 +42,15 @@
 //! for every light, which takes most of the time where smoke fills the view and steps are few.
 //! Empty cells are passed over: a bit for each cell tells.
 //!
+//! # Shadows whose ends are known
+//!
+//! [`PartsAndPoints`] takes the shadows of some casters from the lit parts of a ray, such as
+//! those of [exact visibility](crate::visibility::Exact): steps end where lit parts do, what is
+//! dark costs nothing but the walk, and the edges of these shadows have no error of the steps.
+//! Everything else is asked about at points, as above. In a room full of smoke with beams through
+//! windows, 16 steps are then better than 256 without. The method `media-exact-area-8` does this
+//! for all triangles; only smoke and hair are in its curves.
+//!
 //! # Emission
 //!
 //! The light that grids [emit](crate::scene::DensityGrid::with_emission) needs no lamp: a frame
@@ -52,6 +61,9 @@
 //! Shaders use the same pieces, parts and steps in f32, with one invocation per ray. They work
 //! with visibility that shaders can ask at points: shadow maps and curves of a fixed size. The
 //! methods have these curves made in shaders too, as [`translucent`](super::translucent) says.
+//! Of `media-exact-area-8` the CPU finds the lit parts, which shaders read with the panes: 16
+//! bytes for each end of a part, so that an image may have as many as one binding of the device
+//! holds, 8 million in WebGPU; an error of the backend names the limit.
 //! Distances are measured from the point where a ray enters the box around all smoke, so that
 //! far voxels keep their digits. Media are uploaded once (`UploadedMedia`). Of WebGPU's eight
 //! storage buffers they take three, and leave two to the visibility. A ray keeps the next 16
@@ -76,6 +88,8 @@
 
 mod baseline;
 mod emission;
+#[cfg(all(feature = "methods", feature = "translucent"))]
+mod exact_triangles;
 mod gather;
 #[cfg(feature = "wgpu")]
 mod gpu;
@@ -93,7 +107,7 @@ mod tests;
 
 pub use baseline::DoubleMarch;
 pub use emission::{AddEmission, EmittingRays};
-pub use gather::{GatherMedia, MediaRays};
+pub use gather::{GatherMedia, MediaRays, PartsAndPoints};
 #[cfg(feature = "wgpu")]
 pub use gpu::{MAX_GRIDS, MediaError, UploadedMedia};
 pub use memory::{MediaMemory, MediaOf};

@@ -3,14 +3,14 @@
 use glam::{Quat, Vec3};
 use gpu_backend::Cpu;
 
-use super::{AddEmission, DoubleMarch, EmittingRays, GatherMedia, MediaRays};
+use super::{AddEmission, DoubleMarch, EmittingRays, GatherMedia, MediaRays, PartsAndPoints};
 use crate::airlight::{AirlightEvaluator, Quadrature};
 use crate::scene::{
     Bounds, Cone, DensityGrid, Emission, Emitter, HeightFog, Interpolation, Media, Medium,
     Particle, Particles, PhaseFunction, Profile, Translucent,
 };
-use crate::visibility::PointVisibility;
-use crate::{LightPath, Ray};
+use crate::visibility::{LitInterval, PointVisibility, VisibilitySource};
+use crate::{Interval, LightPath, Ray};
 
 /// Nothing is in the way.
 struct Clear;
@@ -31,7 +31,7 @@ fn gathered<V>(
     steps: u32,
 ) -> Vec<Vec3>
 where
-    V: PointVisibility,
+    Cpu: GatherMedia<V>,
 {
     let mut radiance = vec![[0.0; 4]; rays.len()];
     let rays = rays.to_vec();
@@ -486,6 +486,67 @@ fn smoke_that_does_not_glow_changes_no_bit() {
         };
         Cpu::new().add_emission(&seen, &mut after).unwrap();
         assert_eq!(before, after);
+    }
+}
+
+/// These parts of every ray are lit, the last first in the order of rays.
+struct Parts<'a>(&'a [(f32, f32)]);
+
+impl VisibilitySource for Parts<'_> {
+    type Share = f32;
+
+    fn lit_intervals(&self, path: &LightPath<'_>, lit: &mut Vec<LitInterval>) {
+        let span = path.span();
+        lit.extend(self.0.iter().filter_map(|&(start, end)| {
+            let interval = Interval::new(start.max(span.start), end.min(span.end));
+            (interval.start < interval.end).then_some(LitInterval {
+                interval,
+                visibility: 1.0,
+            })
+        }));
+    }
+
+    fn neighbours(&self, rays: &[Ray], _: &Emitter) -> Option<Vec<u32>> {
+        Some((0..rays.len() as u32).rev().collect())
+    }
+}
+
+/// What is lit of a ray is all of it up to the end of the lit part less all up to its start.
+#[test]
+fn lit_parts_of_a_ray_are_what_they_are_by_themselves() {
+    let casters = [Translucent::Grid(smoke(0.7, Interpolation::Linear))];
+    let fog = Medium::new(Vec3::splat(0.05), Vec3::ZERO, HAZE).unwrap();
+    let media = Media::new(Some(&fog), None, &casters);
+    let rays = rays();
+    let forever = f32::INFINITY;
+    for emitter in &lights() {
+        let lit = |rays: &[Ray], parts: &[(f32, f32)], steps| {
+            let visibility = PartsAndPoints {
+                parts: Parts(parts),
+                points: Clear,
+            };
+            gathered(rays, emitter, &media, &visibility, steps)
+        };
+        let all = gathered(&rays, emitter, &media, &Clear, 16);
+        assert_eq!(lit(&rays, &[(0.0, forever)], 16), all);
+        // Parts that touch are one.
+        assert_eq!(lit(&rays, &[(0.0, 3.9), (3.9, forever)], 16), all);
+        let none = vec![Vec3::ZERO; rays.len()];
+        assert_eq!(lit(&rays, &[], 16), none);
+        let up_to = |end: f32| {
+            let cut: Vec<Ray> = rays
+                .iter()
+                .map(|ray| ray.with_length(ray.length().min(end)))
+                .collect();
+            gathered(&cut, emitter, &media, &Clear, 256)
+        };
+        let ends = [3.3, 3.7, 4.1, 4.3].map(up_to);
+        let found = lit(&rays, &[(3.3, 3.7), (4.1, 4.3)], 256);
+        for (i, (found, all)) in found.iter().zip(&all).enumerate() {
+            let expected = ends[1][i] - ends[0][i] + ends[3][i] - ends[2][i];
+            let error = (*found - expected).abs().max_element();
+            assert!(error < 0.03 * all.max_element(), "{i}: {found} {expected}");
+        }
     }
 }
 

@@ -1,0 +1,110 @@
+//! The gather whose shadows of triangles are exact, in the list of methods.
+
+use std::sync::Arc;
+
+use gpu_backend::{Cpu, Host};
+use transmittance::Packed;
+
+use super::method::{ByArea, Named, Panes, STEPS, about, bytes_of_curves, check, needs_media};
+use super::{GatherMedia, MediaRays, PartsAndPoints};
+use crate::methods::translucent::TransmittanceMap;
+use crate::methods::{About, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work};
+use crate::scene::trace::Tracer;
+use crate::visibility::Exact;
+
+/// Lit parts of rays from the triangles themselves, and curves of smoke and hair.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ExactTriangles;
+
+/// The curves.
+pub(super) type Curves = ByArea<8>;
+
+impl Method for ExactTriangles {
+    fn about(&self) -> About {
+        let named = Named {
+            name: "media-exact-area-8",
+            title: "exact shadows of surfaces, AVSM by least area",
+            purpose: "smoke among things: shadows of triangles end where they end, with few steps",
+            paper: "Salvi et al., EGSR 2010, and the shadow volumes of Wyman and Ramsey, RT 2008",
+            role: Role::Variant,
+            quick: &[16, 64],
+        };
+        About {
+            // Steps need not find the edges of shadows.
+            usual: 64,
+            ..about(named, STEPS)
+        }
+    }
+
+    fn applies(&self, inputs: &FrameInputs<'_>) -> Verdict {
+        needs_media(inputs)
+    }
+
+    fn sees_heterogeneous_media(&self) -> bool {
+        true
+    }
+
+    fn sees_cover(&self) -> bool {
+        true
+    }
+
+    fn work(&self, inputs: &FrameInputs<'_>, steps: u32) -> Work {
+        let triangles = inputs.geometry.triangles().len() as f64;
+        let curves = bytes_of_curves(inputs, Panes::Apart, size_of::<Packed<8>>() as u64);
+        let of_ray = 32.0 + 2.0 * triangles.sqrt() + 4.0 * f64::from(steps);
+        Work {
+            once: triangles + (curves / 4) as f64,
+            per_ray: inputs.emitters.len() as f64 * of_ray,
+            bytes: curves,
+            ..Work::default()
+        }
+    }
+}
+
+/// What blocks a light: triangles, and all else.
+type Visibility = PartsAndPoints<Exact<Arc<Tracer>>, Arc<TransmittanceMap<Host>>>;
+
+fn visibility(inputs: &FrameInputs<'_>, light: usize) -> Result<Visibility, MethodError> {
+    Ok(PartsAndPoints {
+        parts: Exact::new(inputs.tracer()?),
+        points: Curves::on_host(inputs, light, Panes::Apart)?,
+    })
+}
+
+impl RunOn<Cpu> for ExactTriangles {
+    fn prepare(&self, frame: &Frame<'_, Cpu>, steps: u32) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        (0..frame.inputs.emitters.len()).try_for_each(|light| {
+            frame.inputs.go_on(light)?;
+            visibility(&frame.inputs, light).map(|_| ())
+        })
+    }
+
+    fn add_radiance(
+        &self,
+        frame: &Frame<'_, Cpu>,
+        steps: u32,
+        radiance: &mut Vec<[f32; 4]>,
+    ) -> Result<(), MethodError> {
+        check(steps, STEPS)?;
+        let inputs = &frame.inputs;
+        let media = inputs.media();
+        let panes = inputs.panes()?;
+        for (light, emitter) in inputs.emitters.iter().enumerate() {
+            inputs.go_on(light)?;
+            let visibility = visibility(inputs, light)?;
+            let lit = MediaRays {
+                rays: &frame.rays,
+                emitter,
+                media: &media,
+                steps,
+                panes: panes.as_ref(),
+                watch: inputs.watch,
+            };
+            frame.pass("gather through media", || {
+                Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
+            })?;
+        }
+        Ok(())
+    }
+}
