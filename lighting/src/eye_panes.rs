@@ -1,5 +1,8 @@
 //! See-through surfaces and hair in front of the ends of the rays of a frame.
 
+#[cfg(all(feature = "methods", feature = "translucent", feature = "wgpu"))]
+mod lit;
+
 use glam::Vec3;
 #[cfg(feature = "trace")]
 use gpu_backend::Cpu;
@@ -7,15 +10,9 @@ use gpu_backend::Cpu;
 use crate::Interval;
 #[cfg(feature = "trace")]
 use crate::Ray;
-#[cfg(all(feature = "trace", feature = "wgpu"))]
-use crate::gather::RAYS;
 #[cfg(feature = "trace")]
 use crate::scene::view::Cover;
 use crate::visibility::{LitInterval, Share};
-#[cfg(all(feature = "trace", feature = "wgpu"))]
-use crate::visibility::{VisibilitySource, join_touching};
-#[cfg(all(feature = "trace", feature = "wgpu"))]
-use crate::{Emitter, LightPath, scene::Medium};
 
 /// The see-through surfaces and the hair between the origins and the ends of the rays of a
 /// frame. What is behind one of them, airlight included, is seen through it.
@@ -105,49 +102,6 @@ impl EyePanes {
             all.ends.push(all.panes.len() as u32);
         }
         Some(all)
-    }
-
-    /// What is seen of the light of one lamp that is scattered along rays with these `panes` in
-    /// front, if `visibility` tells which parts of them are lit.
-    #[cfg(all(feature = "trace", feature = "wgpu"))]
-    pub(crate) fn lit<V: VisibilitySource>(
-        cpu: &Cpu,
-        panes: Option<&Self>,
-        rays: &[Ray],
-        emitter: &Emitter,
-        visibility: &V,
-    ) -> Self {
-        let order = visibility.neighbours(rays, emitter);
-        // Memory holds no more rays than a u32 counts.
-        let order = order.unwrap_or_else(|| (0..rays.len() as u32).collect());
-        let bundles = cpu.map(order.len().div_ceil(RAYS), |unit| {
-            let first = unit * RAYS;
-            let numbers = &order[first..order.len().min(first + RAYS)];
-            let paths = numbers.iter().filter_map(|ray| {
-                let path = LightPath::new(&rays[*ray as usize], emitter, &Medium::VACUUM)?;
-                Some(path.with_index(*ray).off_the_light())
-            });
-            let paths: Vec<LightPath<'_>> = paths.collect();
-            let mut found = Vec::with_capacity(paths.len());
-            visibility.lit_of_neighbours(&paths, &mut |path, parts| {
-                join_touching(parts, 0);
-                let ray = paths[path].index();
-                let mut seen = Vec::with_capacity(2 * parts.len() + 1);
-                seen_along(panes.map_or(&[], |panes| panes.of(ray)), parts, &mut seen);
-                found.push((ray, seen));
-            });
-            found
-        });
-        let mut of_rays: Vec<Vec<Behind>> = vec![Vec::new(); rays.len()];
-        for (ray, seen) in bundles.into_iter().flatten() {
-            of_rays[ray as usize] = seen;
-        }
-        let mut all = Self::default();
-        for seen in of_rays {
-            all.panes.extend(seen);
-            all.ends.push(all.panes.len() as u32);
-        }
-        all
     }
 
     /// The panes of the ray of this number, the nearest first; none if there is no such ray.

@@ -160,18 +160,23 @@ impl<E: Encode> RunOn<Gpu<E>> for ExactTriangles {
         let media = uploaded(frame)?;
         let panes = inputs.panes()?;
         let exact = Exact::new(inputs.tracer()?);
+        let most = frame
+            .backend
+            .context()
+            .limits()
+            .max_storage_buffer_binding_size;
         for (light, emitter) in inputs.emitters.iter().enumerate() {
             inputs.go_on(light)?;
             let curves = curves(frame, light)?;
             let seen = frame.pass("lit parts", || {
-                let rays = inputs.rays;
+                let lit = (inputs.rays, emitter);
                 Ok(EyePanes::lit(
                     &Cpu::new(),
                     panes.as_ref(),
-                    rays,
-                    emitter,
+                    lit,
                     &exact,
-                ))
+                    most,
+                )?)
             })?;
             let lit = MediaRays {
                 rays: &frame.rays,
