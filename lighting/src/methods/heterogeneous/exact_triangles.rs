@@ -23,7 +23,7 @@ impl Method for ExactTriangles {
     fn about(&self) -> About {
         let named = Named {
             name: "media-exact-area-8",
-            title: "exact shadows of surfaces, AVSM by least area",
+            title: "exact triangles, AVSM by least area",
             purpose: "smoke among things: shadows of triangles end where they end, with few steps",
             paper: "Salvi et al., EGSR 2010, and the shadow volumes of Wyman and Ramsey, RT 2008",
             role: Role::Variant,
