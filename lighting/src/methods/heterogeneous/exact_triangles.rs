@@ -5,8 +5,10 @@ use std::sync::Arc;
 use gpu_backend::{Cpu, Host};
 use transmittance::Packed;
 
-use super::method::{ByArea, Named, Panes, STEPS, about, bytes_of_curves, check, needs_media};
-use super::{GatherMedia, MediaRays, PartsAndPoints};
+use super::PartsAndPoints;
+use super::method::{
+    ByArea, Named, Panes, STEPS, about, bytes_of_curves, check, gather_lights, needs_media,
+};
 use crate::methods::translucent::TransmittanceMap;
 use crate::methods::{About, Frame, FrameInputs, Method, MethodError, Role, RunOn, Verdict, Work};
 use crate::scene::trace::Tracer;
@@ -87,24 +89,8 @@ impl RunOn<Cpu> for ExactTriangles {
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), MethodError> {
         check(steps, STEPS)?;
-        let inputs = &frame.inputs;
-        let media = inputs.media();
-        let panes = inputs.panes()?;
-        for (light, emitter) in inputs.emitters.iter().enumerate() {
-            inputs.go_on(light)?;
-            let visibility = visibility(inputs, light)?;
-            let lit = MediaRays {
-                rays: &frame.rays,
-                emitter,
-                media: &media,
-                steps,
-                panes: panes.as_ref(),
-                watch: inputs.watch,
-            };
-            frame.pass("gather through media", || {
-                Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
-            })?;
-        }
-        Ok(())
+        gather_lights(frame, steps, radiance, |light| {
+            visibility(&frame.inputs, light)
+        })
     }
 }

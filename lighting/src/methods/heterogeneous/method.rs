@@ -285,26 +285,41 @@ impl<C: Curves> RunOn<Cpu> for Gathered<C> {
         radiance: &mut Vec<[f32; 4]>,
     ) -> Result<(), MethodError> {
         Self::check(steps)?;
-        let inputs = &frame.inputs;
-        let media = inputs.media();
-        let panes = inputs.panes()?;
-        for (light, emitter) in inputs.emitters.iter().enumerate() {
-            inputs.go_on(light)?;
-            let visibility = self.visibility(frame, light)?;
-            let lit = MediaRays {
-                rays: &frame.rays,
-                emitter,
-                media: &media,
-                steps,
-                panes: panes.as_ref(),
-                watch: inputs.watch,
-            };
-            frame.pass("gather through media", || {
-                Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
-            })?;
-        }
-        Ok(())
+        gather_lights(frame, steps, radiance, |light| {
+            self.visibility(frame, light)
+        })
     }
+}
+
+/// Gathers the light of all lamps of a frame, each with its own visibility.
+pub(super) fn gather_lights<V>(
+    frame: &Frame<'_, Cpu>,
+    steps: u32,
+    radiance: &mut Vec<[f32; 4]>,
+    visibility: impl Fn(usize) -> Result<V, MethodError>,
+) -> Result<(), MethodError>
+where
+    Cpu: GatherMedia<V>,
+{
+    let inputs = &frame.inputs;
+    let media = inputs.media();
+    let panes = inputs.panes()?;
+    for (light, emitter) in inputs.emitters.iter().enumerate() {
+        inputs.go_on(light)?;
+        let visibility = visibility(light)?;
+        let lit = MediaRays {
+            rays: &frame.rays,
+            emitter,
+            media: &media,
+            steps,
+            panes: panes.as_ref(),
+            watch: inputs.watch,
+        };
+        frame.pass("gather through media", || {
+            Ok(frame.backend.gather_media(&lit, &visibility, radiance)?)
+        })?;
+    }
+    Ok(())
 }
 
 /// The double march.
