@@ -13,7 +13,7 @@ use transmittance::baseline::{
 };
 use transmittance::{Accumulate, Curve, Evaluate, Linear, Packed, Stream};
 
-use super::exact_triangles::ExactTriangles;
+use super::exact_triangles::{EIGHT_NODES, SIXTEEN_NODES};
 #[cfg(feature = "wgpu")]
 use super::method_gpu::CurvesInShaders as CurvesEverywhere;
 use super::{DoubleMarch, GatherMedia, MediaRays};
@@ -605,7 +605,8 @@ pub(in crate::methods) fn methods() -> Vec<Entry> {
         quick: &[32],
     };
     vec![
-        Entry::everywhere(ExactTriangles),
+        Entry::everywhere(EIGHT_NODES),
+        Entry::everywhere(SIXTEEN_NODES),
         everywhere(area, ByArea::<8>::default(), 8),
         everywhere(unshadowed, NoCurves, 0),
         everywhere(

@@ -8,8 +8,10 @@ use gpu_backend::gpu::{Encode, Gpu, GpuBuffer, GpuMemory, InShader};
 use transmittance::Evaluate;
 use transmittance::gpu::{WgslRule, WgslStored};
 
-use super::exact_triangles::{self, ExactTriangles};
-use super::method::{Curves, Gathered, NoCurves, OfSize, Panes, STEPS, casters, check, key};
+use super::exact_triangles::ExactTriangles;
+use super::method::{
+    ByArea, Curves, Gathered, NoCurves, OfSize, Panes, STEPS, casters, check, key,
+};
 use super::{GatherMedia, MediaRays, UploadedMedia};
 use crate::EyePanes;
 use crate::gpu::PointSlot;
@@ -129,22 +131,14 @@ impl<C: CurvesInShaders, E: Encode> RunOn<Gpu<E>> for Gathered<C> {
     }
 }
 
-/// The curves of smoke and hair that shaders ask about.
-fn curves<E: Encode>(
-    frame: &Frame<'_, Gpu<E>>,
-    light: usize,
-) -> Result<Arc<TransmittanceMap<GpuMemory>>, MethodError> {
-    exact_triangles::Curves::in_shaders(frame, light, Panes::Apart)
-}
-
-impl<E: Encode> RunOn<Gpu<E>> for ExactTriangles {
+impl<E: Encode, const N: usize> RunOn<Gpu<E>> for ExactTriangles<N> {
     fn prepare(&self, frame: &Frame<'_, Gpu<E>>, steps: u32) -> Result<(), MethodError> {
         check(steps, STEPS)?;
         uploaded(frame)?;
         frame.inputs.tracer()?;
         (0..frame.inputs.emitters.len()).try_for_each(|light| {
             frame.inputs.go_on(light)?;
-            curves(frame, light).map(|_| ())
+            ByArea::<N>::in_shaders(frame, light, Panes::Apart).map(|_| ())
         })
     }
 
@@ -167,7 +161,7 @@ impl<E: Encode> RunOn<Gpu<E>> for ExactTriangles {
             .max_storage_buffer_binding_size;
         for (light, emitter) in inputs.emitters.iter().enumerate() {
             inputs.go_on(light)?;
-            let curves = curves(frame, light)?;
+            let curves = ByArea::<N>::in_shaders(frame, light, Panes::Apart)?;
             let seen = frame.pass("lit parts", || {
                 let lit = (inputs.rays, emitter);
                 Ok(EyePanes::lit(

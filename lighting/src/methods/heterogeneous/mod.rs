@@ -48,8 +48,12 @@
 //! those of [exact visibility](crate::visibility::Exact): steps end where lit parts do, what is
 //! dark costs nothing but the walk, and the edges of these shadows have no error of the steps.
 //! Everything else is asked about at points, as above. In the embedded scene `smoke-room`, whose
-//! beams come through a window, 8 steps are then better than 128 without. The method `media-exact-area-8` does this
-//! for all triangles; only smoke and hair are in its curves.
+//! beams come through a window, 8 steps are then better than 128 without. The methods
+//! `media-exact-area-8` and `media-exact-area-16` do this for all triangles; only smoke and hair
+//! are in their curves. With many steps the error of the curves is left, which is largest where
+//! the eye looks at a lamp in smoke: in that scene and with 64 steps 1.9 % of the mean with 8
+//! nodes and 0.5 % with 16, which take twice the memory and 1.6 times as long to make, and no
+//! longer to look up.
 //!
 //! # Emission
 //!
@@ -61,7 +65,7 @@
 //! Shaders use the same pieces, parts and steps in f32, with one invocation per ray. They work
 //! with visibility that shaders can ask at points: shadow maps and curves of a fixed size. The
 //! methods have these curves made in shaders too, as [`translucent`](super::translucent) says.
-//! Of `media-exact-area-8` the CPU finds the lit parts, which shaders read with the panes: 16
+//! Of exact triangles the CPU finds the lit parts, which shaders read with the panes: 16
 //! bytes for each end of a part, so that an image may have as many as one binding of the device
 //! holds, 8 million in WebGPU; an error of the backend names the limit.
 //! Distances are measured from the point where a ray enters the box around all smoke, so that
