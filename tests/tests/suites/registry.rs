@@ -235,7 +235,7 @@ fn methods_are_found_by_any_of_their_names() {
     let found = |filter: &str| registry.compared().filter(|e| e.matches(filter)).count();
     assert_eq!(found("march x midpoint"), 1);
     assert_eq!(found("march × midpoint"), 1);
-    assert_eq!(found("exact"), 6);
+    assert_eq!(found("exact"), 7);
     assert_eq!(found("Equi-Angular sampling"), 3);
     assert_eq!(found("constant"), 1);
     assert_eq!((found("no such thing"), found("")), (0, 0));
