@@ -37,11 +37,25 @@ RECORD = ROOT / "tests" / "kernel_ratios.json"
 # each.
 BENCHES = {
     "exact": ("crepuscular-tests", ["exact/city", "exact/hairball"]),
+    "media": (
+        "crepuscular-tests",
+        ["media/smoke-room", "media/smoke-columns", "media/translucent"],
+    ),
     "evaluators": ("crepuscular-airlight", ["easy", "stiff", "steps", "march"]),
     "lookups": ("crepuscular-shadow-dag", ["voxels", "windows"]),
     "steps": ("crepuscular-voxel-shadow", ["query of 128 bits", "build 512^3"]),
 }
+# Gathers through smoke, beside a march with as many steps.
+GATHERS = {
+    "media-exact-area-8": "media-double-march",
+    "media-exact-area-16": "media-double-march",
+    "media-area-8": "media-double-march",
+    "media-avsm-8": "media-double-march",
+}
 KERNELS = {
+    "media/smoke-room": GATHERS,
+    "media/smoke-columns": GATHERS,
+    "media/translucent": GATHERS,
     "exact/city": {"together": "ray by ray"},
     "exact/hairball": {"together": "ray by ray"},
     "easy": {
