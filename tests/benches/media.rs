@@ -1,5 +1,5 @@
 //! Gathers through smoke, with their maps ready: time for a picture, beside the double march
-//! with as many steps, which is what they are compared with.
+//! with as many steps along the eye ray and, from each of these, towards the light.
 
 use std::hint::black_box;
 use std::time::Duration;

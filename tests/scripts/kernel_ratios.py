@@ -46,12 +46,10 @@ BENCHES = {
     "steps": ("crepuscular-voxel-shadow", ["query of 128 bits", "build 512^3"]),
 }
 # Gathers through smoke, beside a march with as many steps.
-GATHERS = {
-    "media-exact-area-8": "media-double-march",
-    "media-exact-area-16": "media-double-march",
-    "media-area-8": "media-double-march",
-    "media-avsm-8": "media-double-march",
-}
+GATHERS = dict.fromkeys(
+    ["media-exact-area-8", "media-exact-area-16", "media-area-8", "media-avsm-8"],
+    "media-double-march",
+)
 KERNELS = {
     "media/smoke-room": GATHERS,
     "media/smoke-columns": GATHERS,

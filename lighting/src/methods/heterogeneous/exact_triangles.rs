@@ -32,7 +32,7 @@ pub(super) const EIGHT_NODES: ExactTriangles<8> = ExactTriangles(Named {
 pub(super) const SIXTEEN_NODES: ExactTriangles<16> = ExactTriangles(Named {
     name: "media-exact-area-16",
     title: "exact triangles, AVSM, 16 nodes",
-    purpose: "smoke among things: the same with 16 nodes, the least error of all",
+    purpose: "the same with 16 nodes: less error where the eye looks at a lamp in smoke",
     ..EIGHT_NODES.0
 });
 

@@ -65,9 +65,9 @@
 //! Shaders use the same pieces, parts and steps in f32, with one invocation per ray. They work
 //! with visibility that shaders can ask at points: shadow maps and curves of a fixed size. The
 //! methods have these curves made in shaders too, as [`translucent`](super::translucent) says.
-//! Of exact triangles the CPU finds the lit parts, which shaders read with the panes: 16
-//! bytes for each end of a part, so that an image may have as many as one binding of the device
-//! holds, 8 million in WebGPU; an error of the backend names the limit.
+//! Where shadows of triangles are exact, the CPU finds the lit parts, which shaders read with the
+//! panes: 16 bytes for each end of a part, so that an image may have as many as one binding of
+//! the device holds, 8 million in WebGPU; an error of the backend names the limit.
 //! Distances are measured from the point where a ray enters the box around all smoke, so that
 //! far voxels keep their digits. Media are uploaded once (`UploadedMedia`). Of WebGPU's eight
 //! storage buffers they take three, and leave two to the visibility. A ray keeps the next 16
