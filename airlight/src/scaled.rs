@@ -1,6 +1,7 @@
 //! A segment in a unit of length in which its squares are in range.
 
 use crate::Segment64;
+use crate::emission::Part;
 
 /// A segment in units of the distance of its start from the light, so that
 /// squares stay in range.
@@ -36,29 +37,54 @@ pub(crate) enum Extent {
 /// square is no longer a number.
 const NEAREST: f64 = 1e-150;
 
+/// The least distance from the light, relative to that of the start, at which single precision
+/// can go along the ray; see [`Scaled::in_singles`].
+const NEAREST_OF_SINGLES: f64 = 1e-16;
+
+/// Smaller distances of a ray count as this one, so that none is divided by 0.
+const SMALLEST: f64 = 1e-300;
+
 /// Optical depth that leaves nothing, even of the smallest f64.
 const OPAQUE: f64 = 750.0;
+
+impl Extent {
+    /// Empty if no light is left at its start.
+    fn unless_opaque(self) -> Self {
+        match self {
+            Self::Ordinary(scaled) if !(scaled.depth < OPAQUE) => Self::Empty,
+            extent => extent,
+        }
+    }
+}
 
 impl Scaled {
     /// `segment` in units of the distance of its start from the light; empty
     /// if no light is left at its start.
     pub(crate) fn of(sigma_t: f64, segment: &Segment64) -> Extent {
-        match Self::of_lengths(sigma_t, segment) {
-            Extent::Ordinary(scaled) if !(scaled.depth < OPAQUE) => Extent::Empty,
-            extent => extent,
-        }
+        Self::of_lengths(sigma_t, segment).unless_opaque()
     }
 
-    /// The same however little light is left at the start.
+    /// The same for a part of a segment.
+    pub(crate) fn of_part(sigma_t: f64, part: &Part) -> Extent {
+        Self::of_ends(sigma_t, &part.segment, part.end).unless_opaque()
+    }
+
+    /// [`Scaled::of`] however little light is left at the start.
     pub(crate) fn of_lengths(sigma_t: f64, segment: &Segment64) -> Extent {
+        // The sum comes before the division, because it is exact where the end is close to the
+        // light.
+        Self::of_ends(sigma_t, segment, segment.s + segment.length)
+    }
+
+    /// [`Scaled::of_lengths`] of a segment with this end.
+    pub(crate) fn of_ends(sigma_t: f64, segment: &Segment64, end: f64) -> Extent {
         let Segment64 { x, s, h, length } = *segment;
         let lengths = x.is_finite() && s.is_finite() && h >= 0.0 && h.is_finite() && length > 0.0;
         if !(lengths && sigma_t >= 0.0 && sigma_t.is_finite()) {
             return Extent::Empty;
         }
-        // The sum comes before the division, because it is exact where the end is close to the
-        // light. h loses its sign, because a quotient by −0 would have the wrong one.
-        let (end, h) = (s + length, h.abs());
+        // It loses its sign, because a quotient by −0 would have the wrong one.
+        let h = h.abs();
         let unit = distance(s, h);
         if h <= NEAREST * unit && s <= 0.0 && end >= 0.0 {
             return Extent::MeetsLight;
@@ -109,6 +135,49 @@ impl Scaled {
             end_distance: (end * end + h * h).sqrt(),
             depth: sigma_t * x + sigma_t * unit,
         }
+    }
+}
+
+impl Scaled {
+    /// The same segment, or one that comes less close to the light if for this one what is near
+    /// the light and what is far are not both numbers in single precision; and the airlight of
+    /// this one over that of the other.
+    ///
+    /// What is near the light is enlarged then. Its airlight is an integral over angles, which do
+    /// not change, over a distance. What comes from elsewhere is a share of 1e-16 of it, or 1e-7
+    /// with the sharpest of peaks.
+    #[inline(always)]
+    pub(crate) fn in_singles(self) -> (Self, f64) {
+        let Self { s, end, h, .. } = self;
+        let nearest = if -end > h { -end } else { h };
+        let passes = (nearest < NEAREST_OF_SINGLES) & (s <= 0.0);
+        let nearest = if nearest > SMALLEST {
+            nearest
+        } else {
+            SMALLEST
+        };
+        let growth = if passes {
+            NEAREST_OF_SINGLES / nearest
+        } else {
+            1.0
+        };
+        // An end that is not near stays where it is, or comes no farther away than the start.
+        let (enlarged, most) = (end * growth, if end > 1.0 { end } else { 1.0 });
+        let enlarged = if enlarged < most { enlarged } else { most };
+        let end = if passes { enlarged } else { end };
+        let h = h * growth;
+        let of_other = Self {
+            h,
+            end,
+            length: if passes { end - s } else { self.length },
+            end_distance: if passes {
+                (end * end + h * h).sqrt()
+            } else {
+                self.end_distance
+            },
+            ..self
+        };
+        (of_other, growth)
     }
 }
 

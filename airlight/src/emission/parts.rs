@@ -7,6 +7,9 @@ use crate::{ScatteringAngle, Segment64};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Part {
     pub(crate) segment: Segment64,
+    /// Where it ends, behind the foot point; the sum of its start and length rounds what is close
+    /// to the light.
+    pub(crate) end: f64,
     /// Whether the emission does not depend on the direction in it.
     pub(crate) is_full: bool,
 }
@@ -33,7 +36,11 @@ impl Emission {
                     },
                     ..segment
                 };
-                Some(Part { segment, is_full })
+                Some(Part {
+                    segment,
+                    end,
+                    is_full,
+                })
             })
     }
 

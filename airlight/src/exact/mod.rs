@@ -35,7 +35,6 @@ use std::sync::LazyLock;
 
 use pulp::{Simd, WithSimd};
 
-use crate::emission::Part;
 use crate::gauss::Rule;
 use crate::scaled::{Extent, Scaled};
 use crate::side::{Kind, SHARPEST, Side};
@@ -99,8 +98,8 @@ impl<P: Phase> Exact<P> {
     /// directions, whose `emission` is for the same segment.
     pub fn estimate_of(&self, sigma_t: f64, segment: &Segment64, emission: &Emission) -> Estimate {
         let mut total = Estimate::default();
-        for Part { segment, .. } in emission.parts(segment) {
-            total += match Scaled::of(sigma_t, &segment) {
+        for part in emission.parts(segment) {
+            total += match Scaled::of_part(sigma_t, &part) {
                 Extent::Empty => Estimate::default(),
                 Extent::MeetsLight => MEETS_LIGHT,
                 Extent::Ordinary(scaled) => {

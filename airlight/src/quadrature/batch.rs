@@ -158,10 +158,8 @@ struct Pieces {
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     sides: [SideLanes; 2],
-    /// The root of what is left of the light at the start of the segment, and the
-    /// inverse of the unit.
-    root: Lanes<f32>,
-    per_unit: Lanes<f32>,
+    /// What is left of the light at the start of the segment, over the unit.
+    factor: Lanes<f64>,
     sum: Lanes<f32>,
 }
 
@@ -180,8 +178,8 @@ impl<P: Phase> Batch<'_, P> {
         let fade = f64::from(quadrature.cuts.fade);
         for i in 0..LANES {
             let scaled = Scaled::of_singles(self.sigma_t, &Segment64::from(segments[i]));
-            scratch.root.0[i] = exp(-0.5 * scaled.depth) as f32;
-            scratch.per_unit.0[i] = (1.0 / scaled.unit) as f32;
+            let (scaled, brighter) = scaled.in_singles();
+            scratch.factor.0[i] = exp(-scaled.depth) * (brighter / scaled.unit);
             let mut front = Side::front(&scaled, quadrature.peaks);
             let mut behind = Side::behind(&scaled, quadrature.peaks, thin);
             front.reach(opacity, far);
@@ -344,9 +342,8 @@ impl<P: Phase> Kernel for Batch<'_, P> {
             }
         }
         for (i, (airlight, segment)) in airlight.iter_mut().zip(segments).enumerate() {
-            let root = scratch.root.0[i];
-            let value = root * (root * (scratch.sum.0[i] * scratch.per_unit.0[i]));
-            *airlight = settle(known(segment), value);
+            let value = f64::from(scratch.sum.0[i]) * scratch.factor.0[i];
+            *airlight = settle(known(segment), value as f32);
         }
     }
 }

@@ -206,19 +206,20 @@ impl<P: Phase> Quadrature<P> {
     pub fn airlight_of(&self, sigma_t: f32, segment: &Segment, emission: &Emission) -> f32 {
         let mut total = 0.0;
         for part in emission.parts(&Segment64::from(*segment)) {
-            let scaled = match Scaled::of(sigma_t.into(), &part.segment) {
+            let scaled = match Scaled::of_part(sigma_t.into(), &part) {
                 Extent::Empty => continue,
                 Extent::MeetsLight => return f32::INFINITY,
                 Extent::Ordinary(scaled) => scaled,
             };
+            let (scaled, brighter) = scaled.in_singles();
             let sum: f64 = self
                 .places(scaled, *emission, part, 0)
                 .map(|(node, depth)| {
-                    let light = node.weight * self.phase.value_f32(node.angle);
-                    f64::from(light * (-depth).exp())
+                    let phase = self.phase.value_f32(node.angle) * (-depth).exp();
+                    f64::from(node.weight) * f64::from(phase)
                 })
                 .sum();
-            let value = (-scaled.depth).exp() * sum;
+            let value = (-scaled.depth).exp() * brighter * sum;
             // Lengths near the limits of the range give infinity times 0.
             total += if value.is_nan() { 0.0 } else { value };
         }
@@ -236,6 +237,7 @@ impl<P: Phase> Quadrature<P> {
             Extent::MeetsLight => return f64::INFINITY,
             Extent::Ordinary(scaled) => scaled,
         };
+        let (scaled, brighter) = scaled.in_singles();
         let mut total = 0.0;
         for (piece, rule) in self.pieces(scaled, 0) {
             let mut sum = 0.0;
@@ -245,7 +247,7 @@ impl<P: Phase> Quadrature<P> {
             }
             total += f64::from(sum);
         }
-        let value = (-scaled.depth).exp() / scaled.unit * total;
+        let value = (-scaled.depth).exp() * brighter / scaled.unit * total;
         // Lengths near the limits of the range give infinity times 0.
         if value.is_nan() { 0.0 } else { value }
     }

@@ -74,7 +74,7 @@ impl<P: Phase> Quadrature<P> {
         let Segment64 { s, length, .. } = *segment;
         let emission = *emission;
         emission.parts(segment).flat_map(move |part| {
-            let scaled = match Scaled::of_lengths(sigma_t.into(), &part.segment) {
+            let scaled = match Scaled::of_ends(sigma_t.into(), &part.segment, part.end) {
                 Extent::Ordinary(scaled) => Some(scaled),
                 Extent::Empty | Extent::MeetsLight => None,
             };

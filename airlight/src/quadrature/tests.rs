@@ -373,6 +373,105 @@ fn a_distance_of_minus_zero_is_none() {
 }
 
 #[test]
+fn rays_that_all_but_meet_the_light_keep_the_tolerance() {
+    let phases = [
+        PhaseFunction::Isotropic,
+        PhaseFunction::HenyeyGreenstein { g: 0.7 },
+        PhaseFunction::HenyeyGreenstein { g: -0.99 },
+    ];
+    // The first was found by fuzzing.
+    let parts = [
+        (0.0, -24.570_635, f32::INFINITY),
+        (0.0, -24.570_635, 24.570_635),
+        (3.0, -24.570_635, 30.0),
+        (3.0, -24.570_635, 24.0),
+        (0.0, -24.570_635, 24.570_633),
+    ];
+    // A spot whose rims are as near to the light as the ray, in front of the foot point and
+    // behind it, and one that the ray begins in.
+    let spot = |along: f64, outer: f64| {
+        let across = (1.0 - along * along).sqrt();
+        Emission::spot(along, across, outer + 0.3, outer).unwrap()
+    };
+    let lights = [
+        Emission::isotropic(),
+        spot(0.1, 0.6),
+        spot(-0.7, 0.2),
+        spot(-0.998, -1.0).fading_within(30.0).unwrap(),
+    ];
+    for phase in phases {
+        let exact = Exact::new(phase).unwrap();
+        let fine = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+        let coarse = Quadrature::with_tolerance(phase, 1e-2).unwrap();
+        for h in [5.453e-39, 1e-36, 1e-25, 2.4e-15, 2.6e-15, 1e-10] {
+            for (sigma_t, (x, s, length)) in [0.0, 8e-42, 0.1]
+                .into_iter()
+                .flat_map(|sigma_t| parts.map(|part| (sigma_t, part)))
+            {
+                let segment = Segment { x, s, h, length };
+                let check = |name: &str, value: f32, truth: f64, bound: f64| {
+                    let error = (f64::from(value) - truth).abs();
+                    let is_close = error <= bound || truth > f64::from(f32::MAX);
+                    assert!(
+                        is_close,
+                        "{name}, {phase:?}, {sigma_t}, {segment:?}: {value:e} for {truth:e}"
+                    );
+                };
+                let wide = Segment64::from(segment);
+                let truth = exact.estimate(f64::from(sigma_t), &wide).value;
+                check(
+                    "alone",
+                    fine.airlight(sigma_t, &segment),
+                    truth,
+                    1e-5 * truth,
+                );
+                let mut batch = [f32::NAN; 3];
+                coarse.airlight_batch(sigma_t, &[segment; 3], &mut batch);
+                check("in a batch", batch[1], truth, 1e-2 * truth);
+                for light in &lights {
+                    let lit = exact.estimate_of(f64::from(sigma_t), &wide, light).value;
+                    let value = fine.airlight_of(sigma_t, &segment, light);
+                    check("of a light", value, lit, 1e-5 * lit + 4e-6 * truth);
+                }
+            }
+        }
+    }
+    // Without absorption airlight near the light grows as 1 / h, whatever the light's pattern.
+    let exact = Exact::new(phases[1]).unwrap();
+    let ahead = |h: f64| Segment64 {
+        x: 0.0,
+        s: -24.570_635,
+        h,
+        length: f64::INFINITY,
+    };
+    for light in &lights[..3] {
+        let of = |h: f64| h * exact.estimate_of(0.0, &ahead(h), light).value;
+        for h in [1e-140, 1e-100, 5.453e-39, 1e-20, 1e-15, 1e-12] {
+            let error = (of(h) / of(1e-9) - 1.0).abs();
+            assert!(error < 1e-8, "{h:e}, {light:?}: {error:e}");
+        }
+    }
+    // Found by fuzzing.
+    let light = Emission::spot(-0.998_294_8, -0.058_374_2, 0.969_2, -1.0).unwrap();
+    let light = light.fading_within(7.604_616_257_594_898e-5).unwrap();
+    let phase = PhaseFunction::HenyeyGreenstein { g: 0.7 };
+    let segment = Segment {
+        x: 8.008_912e-4,
+        s: -1.641_750_9e-18,
+        h: f32::MIN_POSITIVE,
+        length: 9.536_743e-7,
+    };
+    let coarse = Quadrature::with_tolerance(phase, 1e-2).unwrap();
+    let exact = Exact::new(phase).unwrap();
+    let truth = exact.estimate_of(6551.0103, &segment.into(), &light).value;
+    let value = f64::from(coarse.airlight_of(6551.0103, &segment, &light));
+    assert!(
+        (value / truth - 1.0).abs() <= 1e-2,
+        "{value:e} for {truth:e}"
+    );
+}
+
+#[test]
 fn extreme_magnitudes_are_never_nan() {
     let sizes = [0.0, 1e-45, 1e-38, 1e-20, 1.0, 1e20, f32::MAX];
     for phase in [
