@@ -226,7 +226,11 @@ impl<'a> Line<'a> {
             Some(texture) => {
                 let middle = (self.color.texel + 0.5 * (from + to) * self.color.texels).floor();
                 let (column, row) = (middle.x as i64, middle.y as i64);
-                let at = |x: i64, y: i64| f64::from(texture.texel_alpha(column + x, row + y));
+                // Casts saturate: coordinates may be any number.
+                let at = |x: i64, y: i64| {
+                    let (column, row) = (column.saturating_add(x), row.saturating_add(y));
+                    f64::from(texture.texel_alpha(column, row))
+                };
                 match texture.sampler().filter {
                     Filter::Nearest => [at(0, 0), 0.0, 0.0],
                     Filter::Linear => {
@@ -462,5 +466,31 @@ mod tests {
         let geometry = triangle(material, 1e7, &mut random);
         let parts = parts(&geometry, DVec2::ZERO, DVec2::new(0.5, 0.4));
         assert!(parts.len() > 1000);
+    }
+
+    // Found by fuzzing.
+    #[test]
+    fn texture_coordinates_beyond_all_integers_have_an_opacity() {
+        let mut random = Random::new(6);
+        for (wrap, filter) in [
+            (Wrap::Repeat, Filter::Linear),
+            (Wrap::Mirror, Filter::Linear),
+            (Wrap::Clamp, Filter::Nearest),
+        ] {
+            for scale in [1e30, -1e30, f32::MAX] {
+                let material = Material {
+                    base_color_texture: Some(pattern(filter, wrap, &mut random)),
+                    alpha: AlphaMode::Mask { cutoff: 0.4 },
+                    ..Material::default()
+                };
+                let geometry = triangle(material, scale, &mut random);
+                let Caster::Masked(coating) = geometry.caster(0) else {
+                    panic!("a mask");
+                };
+                let opacity = coating.opacity_at(0.3, 0.4);
+                assert!((0.0..=1.1).contains(&opacity), "{opacity}");
+                parts(&geometry, DVec2::ZERO, DVec2::new(0.5, 0.4));
+            }
+        }
     }
 }
