@@ -93,36 +93,29 @@ impl<M: Memory, P: Stored<C>, const C: usize> TransmittanceMap<M, P, C> {
         })
     }
 
-    /// The curves of several faces of one width, below each other: row `y` of face
-    /// `f` is row `f × height + y`. No faces are a map without texels.
+    /// The curves of several maps in one row, one map after the other, each row by row: texel
+    /// `(x, y)` of a map of `width` columns is at `x + width × y` behind those of the maps before.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if widths or heights differ, [`Error::Backend`] if
-    /// the map does not fit on the backend.
-    pub fn from_faces<B: Backend<Memory = M>>(
+    /// [`Error::Backend`] if they do not fit on the backend.
+    pub fn in_one_row<B: Backend<Memory = M>>(
         backend: &B,
-        faces: &[CurveMap<P, C>],
+        maps: &[CurveMap<P, C>],
     ) -> Result<Self, Error> {
-        let [width, height] = faces
-            .first()
-            .map_or([0; 2], |face| [face.width(), face.height()]);
-        for face in faces {
-            same_length("a row of a face", width, face.width())?;
-            same_length("a column of a face", height, face.height())?;
-        }
-        let mut words = vec![0; width * height * faces.len() * P::WORDS];
-        let curves = faces.iter().flat_map(CurveMap::texels);
+        let count = maps.iter().map(|map| map.texels().len()).sum::<usize>();
+        let mut words = vec![0; count * P::WORDS];
+        let curves = maps.iter().flat_map(CurveMap::texels);
         for (curve, words) in curves.zip(words.chunks_exact_mut(P::WORDS)) {
             curve.write(words);
         }
         Ok(Self {
-            extent: [width, height * faces.len()],
+            extent: [count, usize::from(count > 0)],
             words: backend.upload(&words)?,
             stored: PhantomData,
         })
     }
 
-    /// Columns and rows, of all faces together.
+    /// Columns and rows.
     pub fn extent(&self) -> [usize; 2] {
         self.extent
     }
@@ -200,7 +193,11 @@ impl<T: Stored<C>, const C: usize> CurveMap<T, C> {
         &self,
         backend: &B,
     ) -> Result<TransmittanceMap<B::Memory, T, C>, Error> {
-        TransmittanceMap::from_faces(backend, std::slice::from_ref(self))
+        let row = TransmittanceMap::in_one_row(backend, std::slice::from_ref(self))?;
+        Ok(TransmittanceMap {
+            extent: [self.width(), self.height()],
+            ..row
+        })
     }
 }
 

@@ -158,7 +158,7 @@ impl voxel_shadow::FirstBlocker for ShadowMap<Host> {
 /// The face that shows `point`, and the vector to the point from the common origin of all
 /// faces.
 #[inline]
-fn face_towards(faces: &[Face], point: Vec3) -> (usize, Vec3) {
+pub(crate) fn face_towards(faces: &[Face], point: Vec3) -> (usize, Vec3) {
     let v = point - faces[0].origin;
     (face_along(faces.len(), v), v)
 }

@@ -70,10 +70,10 @@ pub use many::{FilteredMapsOfMany, MapsOfMany};
 #[cfg(feature = "wgpu")]
 pub(crate) use map::check_size;
 pub(crate) use map::faces;
-#[cfg(feature = "translucent")]
-pub(crate) use map::render_face;
 pub use map::{EMPTY, RenderShadowMap, ShadowMap, ShadowMapError, face_count};
 pub(crate) use map::{Place, locate};
+#[cfg(feature = "translucent")]
+pub(crate) use map::{face_towards, render_face};
 #[cfg(any(feature = "shadow-dag", feature = "translucent"))]
 pub(crate) use masked::Masked;
 #[cfg(feature = "voxel-shadow")]

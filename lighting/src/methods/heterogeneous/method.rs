@@ -231,7 +231,7 @@ pub(super) fn bytes_of_curves(inputs: &FrameInputs<'_>, panes: Panes, each: u64)
     let casters = casters(inputs, panes);
     let texels = inputs.emitters.iter().map(|emitter| {
         let side = casters.resolution(inputs.map, inputs.emitters, emitter);
-        inputs.map_faces([emitter]) as u64 * u64::from(side).pow(2)
+        casters.texels(emitter, side)
     });
     texels.sum::<u64>() * casters.channels() as u64 * each
 }

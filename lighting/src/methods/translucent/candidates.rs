@@ -32,7 +32,7 @@ use crate::Emitter;
 use crate::scene::gpu::MEDIA;
 use crate::scene::raster::Face;
 use crate::scene::{Caster, Geometry, Translucent};
-use crate::shadow_map::{EMPTY, faces};
+use crate::shadow_map::EMPTY;
 
 /// `light_Picture` of `candidates.wgsl`.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -274,7 +274,8 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
     /// [`TransmittanceMap::build`] in shaders, each curve by the rule of `clear`: strands,
     /// particles, density grids and opaque triangles are listed by square of texels, and every
     /// texel takes what it meets, in the order of the casters and of their parts; of a grid these
-    /// are the cells along its ray. No segment is in memory. See [`build_from_candidates`].
+    /// are the cells along its ray. No segment is in memory. All faces have `resolution` texels
+    /// per side. See [`build_from_candidates`].
     ///
     /// `None` if this cannot be: with see-through triangles among the casters, with a piece of a
     /// strand that touches more than 128 columns or rows of texels, with a grid of more than 2048
@@ -341,12 +342,7 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
         if !casters.are_candidates() {
             return Ok(None);
         }
-        let planes: Vec<Face> = casters
-            .bounds()
-            .map(|bounds| faces(bounds, emitter))
-            .into_iter()
-            .flatten()
-            .collect();
+        let planes = casters.planes(emitter);
         let side = resolution as usize;
         let channels = casters.channels();
         let extent = [side, channels * side * planes.len()];
@@ -410,6 +406,7 @@ impl<T: WgslStored + Debug> TransmittanceMap<GpuMemory, T> {
             result => result?,
         }
         Ok(Some(Self {
+            sides: vec![resolution; planes.len()],
             faces: planes,
             resolution,
             channels,

@@ -9,7 +9,7 @@ use transmittance::{Accumulate, CurveMap, Evaluate, Filter, Packed, Receiver};
 use super::{Casters, FaceBlockers};
 use crate::Emitter;
 use crate::scene::raster::{Face, Rays};
-use crate::shadow_map::{faces, locate};
+use crate::shadow_map::{face_towards, faces, locate};
 use crate::visibility::{PointVisibility, SurfaceShadow};
 
 /// The largest number of texels per side of a face.
@@ -33,6 +33,9 @@ pub enum TransmittanceMapError {
 /// Which share of a light reaches each depth, in every direction from the light: one curve for
 /// each texel of the faces that [`shadow_map`](crate::shadow_map) describes, or one for each
 /// colour if the casters colour the light.
+///
+/// A face has [as many texels](TransmittanceMap::sides) as it needs: a single one if it sees no
+/// caster, and no more than [show anything](Casters::side).
 ///
 /// Depth is the distance along a directional light, and the Euclidean distance from any other
 /// light.
@@ -59,6 +62,8 @@ pub enum TransmittanceMapError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransmittanceMap<M: CurveMemory<T> = Host, T = Packed<8>> {
     pub(super) faces: Vec<Face>,
+    /// Texels per side of each face.
+    pub(super) sides: Vec<u32>,
     pub(super) resolution: u32,
     /// 1, or 3 for red, green and blue.
     pub(super) channels: usize,
@@ -78,8 +83,9 @@ impl<T: Debug> CurveMemory<T> for Host {
 }
 
 impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
-    /// The map of `emitter` with `resolution` texels per side of each face. Each curve starts
-    /// as a copy of `clear` and is stored as a `T`. The result does not depend on threads.
+    /// The map of `emitter` with up to `resolution` texels per side of each face: as many as
+    /// [`Casters::side`] says. Each curve starts as a copy of `clear` and is stored as a `T`. The
+    /// result does not depend on threads.
     ///
     /// Without casters the map is valid, and clear everywhere.
     ///
@@ -97,24 +103,43 @@ impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
         A: Accumulate + Clone + Sync,
         A::Curve: Into<T>,
     {
+        let side = |face: &Face| casters.side(face, resolution);
+        Self::with_sides(cpu, casters, emitter, (resolution, side), clear)
+    }
+
+    /// The map with so many texels per side of each face, of at most a `resolution`.
+    pub(super) fn with_sides<A>(
+        cpu: &Cpu,
+        casters: &Casters<'_>,
+        emitter: &Emitter,
+        (resolution, side): (u32, impl Fn(&Face) -> u32),
+        clear: &A,
+    ) -> Result<Self, TransmittanceMapError>
+    where
+        A: Accumulate + Clone + Sync,
+        A::Curve: Into<T>,
+    {
         check(resolution)?;
         let mut map = Self {
-            faces: Vec::new(),
+            faces: casters.planes(emitter),
+            sides: Vec::new(),
             resolution,
             channels: casters.channels(),
             curves: Vec::new(),
             filter: Filter::Bilinear,
         };
         let mut colours: Vec<Vec<_>> = (1..map.channels).map(|_| Vec::new()).collect();
-        for (face, mut blockers) in casters.faces(cpu, emitter, resolution)? {
-            let extent = [resolution as usize; 2];
+        for face in &map.faces {
+            let side = side(face);
+            let mut blockers = FaceBlockers::new(cpu, casters, face, side);
+            let extent = [side as usize; 2];
             map.curves
                 .push(CurveMap::build(cpu, extent, clear, &blockers)?);
             for (channel, curves) in (1..).zip(&mut colours) {
                 blockers = blockers.of_channel(channel);
                 curves.push(CurveMap::build(cpu, extent, clear, &blockers)?);
             }
-            map.faces.push(face);
+            map.sides.push(side);
         }
         map.curves.extend(colours.into_iter().flatten());
         Ok(map)
@@ -133,9 +158,14 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
         &self.faces
     }
 
-    /// Texels per side of each face.
+    /// The number of texels per side that was asked for.
     pub fn resolution(&self) -> u32 {
         self.resolution
+    }
+
+    /// Texels per side of each face, in the order of the [faces](TransmittanceMap::faces).
+    pub fn sides(&self) -> &[u32] {
+        &self.sides
     }
 
     /// Number of colour channels that have curves of their own: 1 or 3.
@@ -151,10 +181,11 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
 
     /// The approximate width of a texel at a point that the light sees, m; 0 without casters.
     pub fn texel_size(&self, point: Vec3) -> f32 {
-        let Some(face) = self.faces.first() else {
+        if self.faces.is_empty() {
             return 0.0;
-        };
-        let half = 0.5 * self.resolution as f32;
+        }
+        let (index, _) = face_towards(&self.faces, point);
+        let (face, half) = (&self.faces[index], 0.5 * self.sides[index] as f32);
         match face.rays {
             Rays::Parallel {
                 half_width,
@@ -171,8 +202,8 @@ impl<M: CurveMemory<T>, T> TransmittanceMap<M, T> {
 
     /// Memory used by curves of fixed size, bytes.
     pub fn bytes(&self) -> u64 {
-        let texels = self.faces.len() as u64 * u64::from(self.resolution).pow(2);
-        self.channels as u64 * texels * size_of::<T>() as u64
+        let texels = self.sides.iter().map(|side| u64::from(*side).pow(2));
+        self.channels as u64 * texels.sum::<u64>() * size_of::<T>() as u64
     }
 }
 
@@ -187,11 +218,12 @@ impl<T: Evaluate + Debug> TransmittanceMap<Host, T> {
         if self.faces.is_empty() {
             return Vec3::ONE;
         }
-        let Some(place) = locate(&self.faces, self.resolution, point) else {
+        let Some(place) = locate(&self.faces, 1, point) else {
             return Vec3::ONE;
         };
+        let side = self.sides[place.face] as f32;
         let receiver = Receiver {
-            position: place.texel,
+            position: place.texel.map(|share| side * share),
             depth: place.depth,
         };
         let of_channel = |channel: usize| {
@@ -236,13 +268,17 @@ impl<'a> Casters<'a> {
     {
         check(resolution)?;
         let casters = *self;
-        let bounds = casters.bounds();
-        let planes = bounds.map(|bounds| faces(bounds, emitter));
         let with_blockers = move |face: Face| {
             let blockers = FaceBlockers::new(cpu, &casters, &face, resolution);
             (face, blockers)
         };
-        Ok(planes.into_iter().flatten().map(with_blockers))
+        Ok(self.planes(emitter).into_iter().map(with_blockers))
+    }
+
+    /// The picture planes of a light; none if there are no casters.
+    pub(super) fn planes(&self, emitter: &Emitter) -> Vec<Face> {
+        let planes = self.bounds().map(|bounds| faces(bounds, emitter));
+        planes.unwrap_or_default()
     }
 }
 

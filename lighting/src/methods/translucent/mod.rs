@@ -24,6 +24,10 @@
 //! Grids and particles are met on the ray of each texel's centre: where the shadow is smooth,
 //! the error of a filtered map is of second order in the size of texels.
 //!
+//! Each face of a light's picture has as many texels as it needs ([`Casters::side`]): one if it
+//! sees nothing, and of smoke without edges no more than that has details. Where shaders make a
+//! map, all faces have as many as the finest.
+//!
 //! On GPUs, maps of strands, density grids, particles and opaque triangles are made in shaders
 //! (`TransmittanceMap::build_in_shaders`), by the paper's pipeline of fixed memory
 //! (`transmittance::gpu::build_from_candidates`): casters are listed by square of texels, and
@@ -61,7 +65,6 @@ mod method_gpu;
 mod pane_tests;
 mod panes;
 mod particles;
-#[cfg(feature = "methods")]
 mod resolution;
 pub(crate) mod strands;
 #[cfg(test)]

@@ -2,14 +2,21 @@
 //
 // Needs the parts place.wgsl and those of `transmittance::gpu::lookup_parts`, and
 // the variables
-//   light_curves: light_Pictures
+//   light_curves: light_CurveMap
 //   light_curve_words: array<u32>, the curves face by face; with curves for each colour, all
 //   faces of red first, then those of green and of blue
 
+struct light_CurveMap {
+    // As if each face had a single texel.
+    pictures: light_Pictures,
+    // Texels per side of a face, and the first word of its curves.
+    places: array<vec4<u32>, 6>,
+}
+
 // Texels per side of the filter; 0 for the nearest texel.
 override SIDE: u32 = 1u;
-// Words of the curves of a face.
-override FACE_WORDS: u32 = 0u;
+// Words of the curves of all faces in one colour.
+override COLOUR_WORDS: u32 = 0u;
 // Whether red, green and blue have curves of their own.
 override COLOURS: bool = false;
 
@@ -21,27 +28,28 @@ fn avsm_word(index: u32) -> u32 {
 }
 
 fn light_curves_visibility(point: vec3<f32>) -> vec3<f32> {
-    if light_curves.face_count == 0u {
+    if light_curves.pictures.face_count == 0u {
         return vec3(1.0);
     }
     // One origin for all faces.
-    let v = point - light_curves.faces[0].origin;
-    let index = light_face_along(light_curves.face_count, v);
-    let face = light_curves.faces[index];
-    let texel = light_texel_along(face, light_curves.resolution, v);
-    if texel.x < 0.0 {
+    let v = point - light_curves.pictures.faces[0].origin;
+    let index = light_face_along(light_curves.pictures.face_count, v);
+    let face = light_curves.pictures.faces[index];
+    let share = light_texel_along(face, light_curves.pictures.resolution, v);
+    if share.x < 0.0 {
         return vec3(1.0);
     }
-    light_curve_face = index * FACE_WORDS;
-    let extent = vec2(light_curves.resolution);
+    let place = light_curves.places[index];
+    let extent = vec2(place.x);
+    let texel = share * f32(place.x);
+    light_curve_face = place.y;
     let depth = light_depth_of(face, v);
     let red = avsm_filtered(extent, texel, depth, SIDE)[0];
     if !COLOURS {
         return vec3(red);
     }
-    let words = light_curves.face_count * FACE_WORDS;
-    light_curve_face += words;
+    light_curve_face += COLOUR_WORDS;
     let green = avsm_filtered(extent, texel, depth, SIDE)[0];
-    light_curve_face += words;
+    light_curve_face += COLOUR_WORDS;
     return vec3(red, green, avsm_filtered(extent, texel, depth, SIDE)[0]);
 }
