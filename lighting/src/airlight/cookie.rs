@@ -152,10 +152,23 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Both ends relative to the foot point, cut off where no light is left.
+    /// Both ends relative to the foot point, cut off where no light is left. An end behind the
+    /// apex of the cone, where rounding may put it on rays that all but meet the light, moves to
+    /// the plane through the apex: nothing shines there, and nothing can be seen in the cookie.
     fn ends(&self, interval: Interval) -> [f64; 2] {
         let [start, end] = [interval.start, interval.end].map(|x| f64::from(x) - self.lamp.foot);
-        [start, end.min(start + FAR * start.hypot(self.h))]
+        let end = end.min(start + FAR * start.hypot(self.h));
+        let [at_foot, slope] = self.front;
+        let apex = -at_foot / slope;
+        if slope > 0.0 {
+            [start.max(apex), end]
+        } else if slope < 0.0 {
+            [start, end.min(apex)]
+        } else if at_foot > 0.0 {
+            [start, end]
+        } else {
+            [end; 2]
+        }
     }
 
     /// How many lines through the centres of texels an interval crosses, with fractions.

@@ -61,9 +61,10 @@ pub trait AirlightEvaluator: Sync {
 #[cfg(test)]
 mod tests {
     use glam::Quat;
+    use reference::random::Random;
 
     use super::*;
-    use crate::scene::{Bounds, Cone, Emission, Medium, PhaseFunction};
+    use crate::scene::{Bounds, Cone, Emission, Medium, PhaseFunction, Texture};
     use crate::{Emitter, Ray};
 
     /// Lights of every kind, in fog that ends and fog that does not: parts together are
@@ -150,5 +151,56 @@ mod tests {
             let of_eye = PerFrame::of_light(fallback, Vec3::ZERO, light, &medium, 64).unwrap();
             check(&of_eye, &paths, &parts);
         }
+    }
+
+    /// A white cookie changes nothing, also on parts of rays that begin beside the light, behind
+    /// the apex of its cone. Fuzzing found one that took a billion steps.
+    #[test]
+    fn a_cookie_is_seen_in_front_of_its_light_alone() {
+        let mut random = Random::new(7);
+        let sigma = Vec3::splat(0.15);
+        let medium = Medium::new(sigma, Vec3::ZERO, PhaseFunction::Isotropic).unwrap();
+        let quadrature = Quadrature::with_tolerance(PhaseFunction::Isotropic, 1e-4).unwrap();
+        let cone = Cone {
+            inner: 0.0,
+            outer: 0.7,
+        };
+        let white = Texture::new(2, 3, vec![Vec3::ONE; 6]).unwrap();
+        let mut seen = 0;
+        for i in 0..400 {
+            let aside = 10.0_f32.powf(random.between(-5.0, 0.0));
+            let position = Vec3::new(aside, 0.0, -3.765_395_6);
+            let mut part = || random.between(-1.0, 1.0);
+            let rotation = Quat::from_xyzw(part(), part(), part(), part()).normalize();
+            let light = |cookie| {
+                let emission = Emission::spot(rotation, cone, cookie).unwrap();
+                Emitter::point(position, Vec3::ONE, f32::INFINITY, emission).unwrap()
+            };
+            let lights = [light(None), light(Some(white.clone()))];
+            let ray = Ray::new(Vec3::ZERO, Vec3::NEG_Z, f32::INFINITY).unwrap();
+            let paths = lights.each_ref();
+            let paths = paths.map(|light| LightPath::new(&ray, light, &medium));
+            let [Some(plain), Some(textured)] = paths else {
+                continue;
+            };
+            let interval = match i % 3 {
+                0 => plain.span(),
+                1 => Interval::new(plain.foot(), f32::INFINITY),
+                _ => Interval::new(0.0, plain.foot()),
+            };
+            let expected = quadrature.radiance(&plain, interval).x;
+            let found = quadrature.radiance(&textured, interval).x;
+            seen += u32::from(expected > 0.0);
+            // Beyond the span there is a rim within a piece, which only counts as dark.
+            let error = match i % 3 {
+                0 => 2e-3,
+                _ => 0.1,
+            };
+            assert!(
+                (found - expected).abs() <= error * quadrature.radiance(&plain, plain.span()).x,
+                "{found} for {expected}, {i}"
+            );
+        }
+        assert!(seen > 100, "{seen}");
     }
 }
