@@ -205,6 +205,8 @@ pub(super) struct Steps<L, V> {
     /// For the current part: what each phase function scatters, as a share of the light along
     /// the ray.
     scattered: Vec<(PhaseFunction, DVec3)>,
+    /// The media of one piece at a point, in memory that pieces share.
+    points: Vec<Scattering>,
     /// For the current step: the light that reaches the eye if nothing blocks the lamp.
     radiance: DVec3,
     /// The end of the pieces so far, and the share of light that is left there.
@@ -317,6 +319,7 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
             step: Run::default(),
             first: None,
             scattered: Vec::new(),
+            points: Vec::new(),
             radiance: DVec3::ZERO,
             behind: (f64::NAN, DVec3::ONE),
         }
@@ -633,9 +636,12 @@ impl<L: Fn(f64) -> Arriving, V: FnMut(f64, DVec3)> Steps<L, V> {
         if let [part] = piece.parts() {
             add(part.phase(), piece.albedo(part, centroid) * lost);
         } else {
-            let extinction = piece.extinction(centroid);
-            for part in piece.parts() {
-                let at = piece.scattering(part, centroid);
+            let points = piece.parts().iter();
+            self.points.clear();
+            self.points
+                .extend(points.map(|part| piece.scattering(part, centroid)));
+            let extinction = self.points.iter().map(|at| at.extinction).sum();
+            for at in &self.points {
                 add(at.phase, share(at.scattering, extinction) * lost);
             }
         }
