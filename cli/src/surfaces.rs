@@ -32,7 +32,7 @@ pub(crate) fn maps(input: &Input, map: u32) -> Result<Vec<Arc<TransmittanceMap>>
     let clear = Stream::<8>::new();
     let maps = input.emitters.iter().map(|light| {
         let side = casters.resolution(map, &input.emitters, light);
-        TransmittanceMap::build(&cpu, &casters, light, side, &clear).map(Arc::new)
+        TransmittanceMap::build_as_needed(&cpu, &casters, light, side, &clear).map(Arc::new)
     });
     Ok(maps.collect::<Result<_, _>>()?)
 }

@@ -75,7 +75,7 @@ impl<const N: usize> Nodes<N> {
     {
         let casters = Casters::new(inputs.translucent, Some(inputs.geometry));
         let resolution = casters.resolution(inputs.map, inputs.emitters, emitter);
-        TransmittanceMap::build(&Cpu::new(), &casters, emitter, resolution, clear)
+        TransmittanceMap::build_as_needed(&Cpu::new(), &casters, emitter, resolution, clear)
             .map(Arc::new)
             .map_err(MethodError::resource("a map of transmittance"))
     }

@@ -474,7 +474,7 @@ where
         .host
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
             let emitter = &inputs.emitters[light];
-            TransmittanceMap::build(&Cpu::new(), &casters, emitter, key.2, clear)
+            TransmittanceMap::build_as_needed(&Cpu::new(), &casters, emitter, key.2, clear)
                 .map_err(MethodError::resource("a map of transmittance"))
         })
 }

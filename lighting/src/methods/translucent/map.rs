@@ -34,8 +34,7 @@ pub enum TransmittanceMapError {
 /// each texel of the faces that [`shadow_map`](crate::shadow_map) describes, or one for each
 /// colour if the casters colour the light.
 ///
-/// A face has [as many texels](TransmittanceMap::sides) as it needs: a single one if it sees no
-/// caster, and no more than [show anything](Casters::side).
+/// A face that sees no caster has a single texel, see [`sides`](TransmittanceMap::sides).
 ///
 /// Depth is the distance along a directional light, and the Euclidean distance from any other
 /// light.
@@ -83,9 +82,9 @@ impl<T: Debug> CurveMemory<T> for Host {
 }
 
 impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
-    /// The map of `emitter` with up to `resolution` texels per side of each face: as many as
-    /// [`Casters::side`] says. Each curve starts as a copy of `clear` and is stored as a `T`. The
-    /// result does not depend on threads.
+    /// The map of `emitter` with `resolution` texels per side of each face that sees a caster.
+    /// Each curve starts as a copy of `clear` and is stored as a `T`. The result does not depend
+    /// on threads.
     ///
     /// Without casters the map is valid, and clear everywhere.
     ///
@@ -93,6 +92,29 @@ impl<T: Evaluate + Debug + Send> TransmittanceMap<Host, T> {
     /// [`TransmittanceMapError::Resolution`] unless the resolution is from 1 to
     /// [`MAX_RESOLUTION`]; [`TransmittanceMapError::Curves`] if there is not enough memory.
     pub fn build<A>(
+        cpu: &Cpu,
+        casters: &Casters<'_>,
+        emitter: &Emitter,
+        resolution: u32,
+        clear: &A,
+    ) -> Result<Self, TransmittanceMapError>
+    where
+        A: Accumulate + Clone + Sync,
+        A::Curve: Into<T>,
+    {
+        let side = |face: &Face| match casters.needed(face, resolution) {
+            0.0 => 1,
+            _ => resolution,
+        };
+        Self::with_sides(cpu, casters, emitter, (resolution, side), clear)
+    }
+
+    /// [`TransmittanceMap::build`] with no more texels than [show anything](Casters::side), and
+    /// up to `resolution` per side of each face.
+    ///
+    /// # Errors
+    /// Those of [`TransmittanceMap::build`].
+    pub fn build_as_needed<A>(
         cpu: &Cpu,
         casters: &Casters<'_>,
         emitter: &Emitter,

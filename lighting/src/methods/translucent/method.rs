@@ -35,8 +35,14 @@ pub(super) fn map(
         .host
         .get("map of transmittance", key, TransmittanceMap::bytes, || {
             let (cpu, clear) = (Cpu::new(), Stream::<8>::new());
-            TransmittanceMap::build(&cpu, &casters, &inputs.emitters[light], resolution, &clear)
-                .map_err(MethodError::resource("a map of transmittance"))
+            TransmittanceMap::build_as_needed(
+                &cpu,
+                &casters,
+                &inputs.emitters[light],
+                resolution,
+                &clear,
+            )
+            .map_err(MethodError::resource("a map of transmittance"))
         })
 }
 

@@ -24,9 +24,9 @@
 //! Grids and particles are met on the ray of each texel's centre: where the shadow is smooth,
 //! the error of a filtered map is of second order in the size of texels.
 //!
-//! Each face of a light's picture has as many texels as it needs ([`Casters::side`]): one if it
-//! sees nothing, and of smoke without edges no more than that has details. Where shaders make a
-//! map, all faces have as many as the finest.
+//! A face of a light's picture that sees nothing has one texel. The methods give each face as many
+//! as it needs ([`Casters::side`]): of smoke without edges no more than that has details. Where
+//! shaders make a map, all faces have as many as the finest.
 //!
 //! On GPUs, maps of strands, density grids, particles and opaque triangles are made in shaders
 //! (`TransmittanceMap::build_in_shaders`), by the paper's pipeline of fixed memory

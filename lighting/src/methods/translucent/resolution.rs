@@ -52,8 +52,9 @@ impl Casters<'_> {
         sides.max().unwrap_or(1)
     }
 
-    /// Texels per side that a face of a transmittance map of these casters needs, at most
-    /// `resolution`: one if it sees none of them, and a multiple of 16 if fewer show as much.
+    /// Texels per side that a face of a transmittance map of these casters
+    /// [needs](super::TransmittanceMap::build_as_needed), at most `resolution`: one if it sees
+    /// none of them, and a multiple of 16 if fewer show as much.
     ///
     /// - Where nothing but density grids casts shadows, whose samples are interpolated, no detail
     ///   of a shadow is smaller than their cells and mean free paths, and texels are not wider
@@ -86,7 +87,7 @@ impl Casters<'_> {
 
     /// Texels per side beyond which a face shows no more: infinite if there are edges, 0 if it
     /// sees nothing.
-    fn needed(&self, face: &Face, resolution: u32) -> f64 {
+    pub(super) fn needed(&self, face: &Face, resolution: u32) -> f64 {
         let view = View::new(face, resolution);
         let sees_triangles = match self.triangles {
             Triangles::None => false,
@@ -313,7 +314,8 @@ mod tests {
                 assert!(expected.contains(&few), "{scale}, {at_faces}: {few}");
                 let clear = Captured::new();
                 let map: TransmittanceMap<Host, Uncompressed> =
-                    TransmittanceMap::build(&cpu, &casters, emitter, few, &clear).expect("a map");
+                    TransmittanceMap::build_as_needed(&cpu, &casters, emitter, few, &clear)
+                        .expect("a map");
                 let (mut sum, mut count) = (0.0, 0.0);
                 for i in 0..40_u32.pow(3) {
                     let place = Vec3::new(
@@ -410,7 +412,8 @@ mod tests {
             let lamp = lamp_at(position);
             let clear = Stream::<8>::new();
             let map: TransmittanceMap =
-                TransmittanceMap::build(&cpu, &casters, &lamp, 64, &clear).expect("a map");
+                TransmittanceMap::build_as_needed(&cpu, &casters, &lamp, 64, &clear)
+                    .expect("a map");
             let texels = map
                 .curves()
                 .iter()
