@@ -39,7 +39,7 @@ const NEAREST: f64 = 1e-150;
 
 /// The least distance from the light, relative to that of the start, at which single precision
 /// can go along the ray; see [`Scaled::in_singles`].
-const NEAREST_OF_SINGLES: f64 = 1e-16;
+pub(crate) const NEAREST_OF_SINGLES: f64 = 1e-16;
 
 /// Smaller distances of a ray count as this one, so that none is divided by 0.
 const SMALLEST: f64 = 1e-300;

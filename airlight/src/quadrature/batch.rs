@@ -19,7 +19,7 @@
 
 use super::piece::{Rule, Span};
 use super::{Quadrature, ROOM};
-use crate::scaled::Scaled;
+use crate::scaled::{NEAREST_OF_SINGLES, Scaled};
 use crate::side::{Kind, Side};
 use crate::simd::{Kernel, LANES, Lanes, exp, exp2};
 use crate::table::{known, settle};
@@ -154,6 +154,12 @@ struct Pieces {
     is_thin: [u32; GROUP],
 }
 
+/// Whether [`Scaled::in_singles`] may change a segment: for each that it does change.
+#[inline(always)]
+fn may_be_near(segment: &Segment) -> bool {
+    f64::from(segment.h.abs()) < 2.0 * NEAREST_OF_SINGLES * f64::from(segment.s.abs())
+}
+
 /// Values that pass between the loops of a block.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
@@ -170,15 +176,21 @@ pub(super) struct Batch<'a, P> {
 }
 
 impl<P: Phase> Batch<'_, P> {
+    /// `NEAR` if one of the segments may come so close to the light that single precision needs
+    /// another in its place.
     #[inline(always)]
-    fn find_sides(&self, scratch: &mut Scratch, segments: &[Segment; LANES]) {
+    fn find_sides<const NEAR: bool>(&self, scratch: &mut Scratch, segments: &[Segment; LANES]) {
         let quadrature = self.quadrature;
         let thin = quadrature.thin();
         let (opacity, far) = (quadrature.opacity, quadrature.far);
         let fade = f64::from(quadrature.cuts.fade);
         for i in 0..LANES {
             let scaled = Scaled::of_singles(self.sigma_t, &Segment64::from(segments[i]));
-            let (scaled, brighter) = scaled.in_singles();
+            let (scaled, brighter) = if NEAR {
+                scaled.in_singles()
+            } else {
+                (scaled, 1.0)
+            };
             scratch.factor.0[i] = exp(-scaled.depth) * (brighter / scaled.unit);
             let mut front = Side::front(&scaled, quadrature.peaks);
             let mut behind = Side::behind(&scaled, quadrature.peaks, thin);
@@ -326,7 +338,11 @@ impl<P: Phase> Kernel for Batch<'_, P> {
         segments: &[Segment; LANES],
         airlight: &mut [f32; LANES],
     ) {
-        self.find_sides(scratch, segments);
+        if segments.iter().any(may_be_near) {
+            self.find_sides::<true>(scratch, segments);
+        } else {
+            self.find_sides::<false>(scratch, segments);
+        }
         scratch.sides[0].is_front = true;
         scratch.sum = Lanes::default();
         for side in &scratch.sides {
