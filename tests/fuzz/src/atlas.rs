@@ -84,15 +84,20 @@ fn ask(volumes: [&ShadowVolume<'_, Host>; 2], bytes: &mut Bytes<'_>) {
         is_in_order(&runs, end);
         let voxels: Vec<LitInterval> = ray.lit_voxels().collect();
         is_in_order(&voxels, end);
-        let length = |parts: &[LitInterval]| -> f32 {
+        // Wide, so that roundings do not make the greatest distance an infinite one.
+        let length = |parts: &[LitInterval]| -> f64 {
+            let length = |part: &LitInterval| f64::from(part.end) - f64::from(part.start);
             let parts = parts.iter();
             parts
-                .map(|part| part.visibility * (part.end - part.start))
+                .map(|part| f64::from(part.visibility) * length(part))
                 .sum()
         };
         let (whole, pieces) = (length(&runs), length(&voxels));
         // Each border is rounded to its place.
-        let rounding: f32 = voxels.iter().map(|part| f32::EPSILON * part.end).sum();
+        let rounding = voxels.iter();
+        let rounding: f64 = rounding
+            .map(|part| f64::from(f32::EPSILON) * f64::from(part.end))
+            .sum();
         let is_same = whole == pieces || (whole - pieces).abs() <= 1e-5 * whole + rounding;
         assert!(is_same, "{whole} {pieces}");
         let all = ray.lit_fraction_between(0.0, surface);

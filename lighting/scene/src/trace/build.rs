@@ -1,13 +1,14 @@
 //! Building the hierarchy.
 
 use std::collections::HashMap;
-use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 
 use crate::SceneError;
 
@@ -18,6 +19,10 @@ const OFTEN: usize = 64;
 /// lists of nodes of 48 bytes, two for each box or one, with boxes, keys to sort by and
 /// indices; and what tells boxes that occur often.
 const BUILD: usize = 480;
+
+/// How many times as deep a tree may become while its nodes are moved. Stacks have room for a
+/// depth of 192 anyway, and trees of a million triangles a depth of 30.
+const GROWTH: usize = 8;
 
 /// 2^64 over the golden ratio: the upper half of a product with it depends on all bits.
 const MIX: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -54,9 +59,9 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> Bvh2 {
 pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
     std::hint::black_box(Vec::<u8>::with_capacity(boxes.len().saturating_mul(BUILD)));
     let Some(groups) = Groups::of(boxes) else {
-        return build_bvh2(boxes, how, &mut Duration::default());
+        return of_different(boxes, how);
     };
-    let mut bvh = build_bvh2(&groups.each, how, &mut Duration::default());
+    let mut bvh = of_different(&groups.each, how);
     // Where the boxes of each slot begin.
     let mut begins = vec![0];
     let mut indices = Vec::with_capacity(boxes.len());
@@ -71,6 +76,45 @@ pub fn hierarchy(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
     }
     bvh.primitive_indices = indices;
     bvh
+}
+
+/// The hierarchy of boxes of which none occurs often.
+///
+/// These are the steps of the library's own `build_bvh2`, which forgets that a tree whose nodes
+/// were moved may have become deeper: the next search for a better place may then find its stack
+/// full, and panics.
+fn of_different(boxes: &[Aabb], how: BvhBuildParams) -> Bvh2 {
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        how.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        how.sort_precision,
+        how.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    make_room(&mut bvh);
+    optimizer.run(&mut bvh, how.reinsertion_batch_ratio, None);
+    let most = how.max_prims_per_leaf.clamp(1, 255);
+    collapse(&mut bvh, most, how.collapse_traversal_cost);
+    make_room(&mut bvh);
+    let ratio = how.reinsertion_batch_ratio * how.post_collapse_reinsertion_batch_ratio_multiplier;
+    optimizer.run(&mut bvh, ratio, None);
+    bvh
+}
+
+/// Lets the stacks of the library have room for a tree several times as deep as this one.
+fn make_room(bvh: &mut Bvh2) {
+    let mut depth = 0;
+    let mut nodes = vec![(0, 1)];
+    while let Some((index, level)) = nodes.pop() {
+        depth = depth.max(level);
+        if let Some(node) = bvh.nodes.get(index).filter(|node| !node.is_leaf()) {
+            let child = node.first_index as usize;
+            nodes.extend([(child, level + 1), (child + 1, level + 1)]);
+        }
+    }
+    // The library takes twice this number of places.
+    bvh.max_depth = bvh.max_depth.max(GROWTH * depth / 2);
 }
 
 /// Boxes, and which of a longer list have each.
@@ -180,6 +224,26 @@ mod tests {
                 }
             }
             assert!(met.iter().all(|times| *times == 1), "{places}");
+        }
+    }
+
+    /// No tree of boxes around boxes is shallow, and this one becomes deeper once it is built.
+    #[test]
+    fn boxes_around_boxes_have_a_hierarchy_however_deep_it_is() {
+        for growth in [1.005_f32, 1.012, 1.3] {
+            let high = |i: i32| {
+                let height = match i % 3 {
+                    0 => 1.0,
+                    _ => growth.powi(i % 400),
+                };
+                Vec3A::new(1.0, height, 1.0 + 0.5 * (i / 7) as f32)
+            };
+            let boxes: Vec<_> = (0..571).map(|i| Aabb::new(Vec3A::ZERO, high(i))).collect();
+            for how in [BvhBuildParams::fast_build(), BvhBuildParams::medium_build()] {
+                let mut indices = hierarchy(&boxes, how).primitive_indices;
+                indices.sort_unstable();
+                assert_eq!(indices, Vec::from_iter(0..571));
+            }
         }
     }
 
