@@ -41,6 +41,10 @@ const NEAREST: f64 = 1e-150;
 /// can go along the ray; see [`Scaled::in_singles`].
 pub(crate) const NEAREST_OF_SINGLES: f64 = 1e-16;
 
+/// The least length, relative to the distance of the start from the light, whose products with
+/// other numbers are full ones in single precision.
+pub(crate) const SHORTEST_OF_SINGLES: f64 = 1e-25;
+
 /// Smaller distances of a ray count as this one, so that none is divided by 0.
 const SMALLEST: f64 = 1e-300;
 
@@ -140,12 +144,12 @@ impl Scaled {
 
 impl Scaled {
     /// The same segment, or one that comes less close to the light if for this one what is near
-    /// the light and what is far are not both numbers in single precision; and the airlight of
-    /// this one over that of the other.
+    /// the light and what is far are not both numbers in single precision, and one that is longer
+    /// if this one is too short for it; and the airlight of this one over that of the other.
     ///
     /// What is near the light is enlarged then. Its airlight is an integral over angles, which do
     /// not change, over a distance. What comes from elsewhere is a share of 1e-16 of it, or 1e-7
-    /// with the sharpest of peaks.
+    /// with the sharpest of peaks. All of a short segment is as bright as its start.
     #[inline(always)]
     pub(crate) fn in_singles(self) -> (Self, f64) {
         let Self { s, end, h, .. } = self;
@@ -166,10 +170,16 @@ impl Scaled {
         let enlarged = if enlarged < most { enlarged } else { most };
         let end = if passes { enlarged } else { end };
         let h = h * growth;
+        let length = if passes { end - s } else { self.length };
+        let longer = if length < SHORTEST_OF_SINGLES {
+            SHORTEST_OF_SINGLES
+        } else {
+            length
+        };
         let of_other = Self {
             h,
             end,
-            length: if passes { end - s } else { self.length },
+            length: longer,
             end_distance: if passes {
                 (end * end + h * h).sqrt()
             } else {
@@ -177,7 +187,13 @@ impl Scaled {
             },
             ..self
         };
-        (of_other, growth)
+        // An endless one is its own equal, but not over itself.
+        let shortened = if length < longer {
+            length / longer
+        } else {
+            1.0
+        };
+        (of_other, growth * shortened)
     }
 }
 

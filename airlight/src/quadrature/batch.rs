@@ -19,7 +19,7 @@
 
 use super::piece::{Rule, Span};
 use super::{Quadrature, ROOM};
-use crate::scaled::{NEAREST_OF_SINGLES, Scaled};
+use crate::scaled::{NEAREST_OF_SINGLES, SHORTEST_OF_SINGLES, Scaled};
 use crate::side::{Kind, Side};
 use crate::simd::{Kernel, LANES, Lanes, exp, exp2};
 use crate::table::{known, settle};
@@ -156,8 +156,10 @@ struct Pieces {
 
 /// Whether [`Scaled::in_singles`] may change a segment: for each that it does change.
 #[inline(always)]
-fn may_be_near(segment: &Segment) -> bool {
-    f64::from(segment.h.abs()) < 2.0 * NEAREST_OF_SINGLES * f64::from(segment.s.abs())
+fn may_be_extreme(segment: &Segment) -> bool {
+    let [s, h] = [segment.s, segment.h].map(|x| f64::from(x.abs()));
+    let is_short = f64::from(segment.length) < 2.0 * SHORTEST_OF_SINGLES * (s + h);
+    (h < 2.0 * NEAREST_OF_SINGLES * s) | is_short
 }
 
 /// Values that pass between the loops of a block.
@@ -176,17 +178,17 @@ pub(super) struct Batch<'a, P> {
 }
 
 impl<P: Phase> Batch<'_, P> {
-    /// `NEAR` if one of the segments may come so close to the light that single precision needs
-    /// another in its place.
+    /// `EXTREME` if one of the segments may come so close to the light, or be so short, that
+    /// single precision needs another in its place.
     #[inline(always)]
-    fn find_sides<const NEAR: bool>(&self, scratch: &mut Scratch, segments: &[Segment; LANES]) {
+    fn find_sides<const EXTREME: bool>(&self, scratch: &mut Scratch, segments: &[Segment; LANES]) {
         let quadrature = self.quadrature;
         let thin = quadrature.thin();
         let (opacity, far) = (quadrature.opacity, quadrature.far);
         let fade = f64::from(quadrature.cuts.fade);
         for i in 0..LANES {
             let scaled = Scaled::of_singles(self.sigma_t, &Segment64::from(segments[i]));
-            let (scaled, brighter) = if NEAR {
+            let (scaled, brighter) = if EXTREME {
                 scaled.in_singles()
             } else {
                 (scaled, 1.0)
@@ -338,7 +340,7 @@ impl<P: Phase> Kernel for Batch<'_, P> {
         segments: &[Segment; LANES],
         airlight: &mut [f32; LANES],
     ) {
-        if segments.iter().any(may_be_near) {
+        if segments.iter().any(may_be_extreme) {
             self.find_sides::<true>(scratch, segments);
         } else {
             self.find_sides::<false>(scratch, segments);

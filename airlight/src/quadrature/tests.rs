@@ -471,6 +471,41 @@ fn rays_that_all_but_meet_the_light_keep_the_tolerance() {
     );
 }
 
+/// Found by fuzzing: over the distance from the light their lengths are no normal numbers.
+#[test]
+fn lengths_of_any_magnitude_keep_the_tolerance() {
+    let phase = PhaseFunction::HenyeyGreenstein { g: 0.7 };
+    let exact = Exact::new(phase).unwrap();
+    let fine = Quadrature::with_tolerance(phase, 1e-5).unwrap();
+    let light = Emission::cosine(0.3, -0.8).unwrap();
+    let lengths = [
+        1e-45, 2e-44, 1e-40, 1e-38, 1e-34, 1e-31, 2e-30, 5e-30, 1e-25, 1e-12,
+    ];
+    for (s, h) in [(8.097_933_5e-6, 2.154_554_7e-5), (-3e-5, 2e-6)] {
+        for length in lengths {
+            let (sigma_t, x) = (0.002_309_228_5, 0.004_951_590_7);
+            let segment = Segment { x, s, h, length };
+            let wide = Segment64::from(segment);
+            let truth = exact.airlight(sigma_t.into(), &wide);
+            let lit = exact.estimate_of(sigma_t.into(), &wide, &light).value;
+            let mut batch = [f32::NAN; 3];
+            fine.airlight_batch(sigma_t, &[segment; 3], &mut batch);
+            let values = [
+                (fine.airlight(sigma_t, &segment), truth),
+                (batch[1], truth),
+                (fine.airlight_of(sigma_t, &segment, &light), lit),
+            ];
+            for (value, truth) in values {
+                let error = (f64::from(value) - truth).abs();
+                // Of a sum that is not a normal number itself.
+                let rounding = f64::from(f32::MIN_POSITIVE * f32::EPSILON);
+                let is_close = error <= 1e-5 * truth + rounding;
+                assert!(is_close, "{segment:?}: {value:e} for {truth:e}");
+            }
+        }
+    }
+}
+
 #[test]
 fn extreme_magnitudes_are_never_nan() {
     let sizes = [0.0, 1e-45, 1e-38, 1e-20, 1.0, 1e20, f32::MAX];
