@@ -137,9 +137,13 @@ fn of_voxels(bytes: &mut Bytes<'_>, space: Space, is_cone: bool) {
             true => bounds[1].y,
             false => 1.0,
         };
-        // Components are within 2⁻²⁴ of themselves, and so is the angle or the distance.
-        let tolerance = 6e-8 * size / width + f64::from(2.0 * (position.next_up() - position));
-        let error = f64::from((found - position).abs());
+        // Voxels may be thinner than a rounding, so that only their angles or distances tell
+        // whether two positions are the same. The components of both are within 2⁻²⁴ of
+        // themselves.
+        let at = |position| Vec2::from(lattice.phi_at(position).pair()).as_dvec2();
+        let error = at(position).perp_dot(at(found)).abs();
+        let rounding = f64::from(2.0 * (position.next_up() - position));
+        let tolerance = 1.2e-7 * size + rounding * width;
         assert!(!(error > tolerance), "{found} for {position}: {lattice:?}");
     }
     // Where the view looks is in the voxels, to the rounding of an angle, unless a cone
