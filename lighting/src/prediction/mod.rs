@@ -13,7 +13,8 @@
 //! ```
 //!
 //! where `t₁` and `t₂` are the shortest times of several repetitions with `n₁` and `n₂` rays of
-//! the sample. The repetitions of all settings are interleaved. A method that [cannot take some
+//! the sample, `n₁` of `n₂`, the smaller number first: after the larger one, all that it reads
+//! would be in the caches. The repetitions of all settings are interleaved. A method that [cannot take some
 //! of the pixels](crate::methods::Method::takes_some_pixels) is timed with all rays. `once` is
 //! the time that a [`Store`](crate::methods::Store) reports for what the setting needs,
 //! including things that other settings share.

@@ -320,12 +320,14 @@ impl Probe<'_> {
         frames: &mut Frames<'_, B>,
         setting: &Setting,
     ) -> Result<[f64; 2], MethodError> {
-        let more = self.radiance(frames.larger(setting), setting)?.0;
+        // Its rays are among those of the larger one, after which it would find all that it
+        // reads in the caches.
         let fewer = match frames.smaller(setting) {
-            Some(frame) => self.radiance(frame, setting)?.0,
-            None => more,
+            Some(frame) => Some(self.radiance(frame, setting)?.0),
+            None => None,
         };
-        Ok([fewer, more])
+        let more = self.radiance(frames.larger(setting), setting)?.0;
+        Ok([fewer.unwrap_or(more), more])
     }
 
     /// The time of a frame of the whole picture.
