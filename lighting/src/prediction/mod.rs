@@ -13,11 +13,11 @@
 //! ```
 //!
 //! where `t₁` and `t₂` are the shortest times of several repetitions with `n₁` and `n₂` rays of
-//! the sample, `n₁` of `n₂`, the smaller number first: after the larger one, all that it reads
-//! would be in the caches. The repetitions of all settings are interleaved. A method that [cannot take some
-//! of the pixels](crate::methods::Method::takes_some_pixels) is timed with all rays. `once` is
-//! the time that a [`Store`](crate::methods::Store) reports for what the setting needs,
-//! including things that other settings share.
+//! the sample, `n₁` of the `n₂`. The smaller number comes first: after the larger one, all that it
+//! reads would be in the caches. The repetitions of all settings are interleaved. A method that
+//! [cannot take some of the pixels](crate::methods::Method::takes_some_pixels) is timed with all
+//! rays. `once` is the time that a [`Store`](crate::methods::Store) reports for what the setting
+//! needs, including things that other settings share.
 //!
 //! A backend that has to be started takes `start` seconds more before its first frame: those
 //! until its device is ready, and those that the first frame takes longer than later ones, in
