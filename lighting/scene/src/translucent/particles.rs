@@ -34,6 +34,7 @@ pub struct Particles {
     profile: Profile,
     albedo: Vec3,
     phase: PhaseFunction,
+    bounds: Option<Bounds>,
 }
 
 impl Particles {
@@ -60,6 +61,7 @@ impl Particles {
             check_extinction(owner, "sigma_t", particle.sigma_t)?;
         }
         Ok(Self {
+            bounds: around(all.iter().map(|ball| (ball.centre, ball.radius))),
             all,
             profile,
             albedo: Vec3::ONE,
@@ -109,7 +111,7 @@ impl Particles {
 
     /// A box around them; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
-        around(self.all.iter().map(|ball| (ball.centre, ball.radius)))
+        self.bounds
     }
 }
 

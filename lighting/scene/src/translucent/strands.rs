@@ -29,6 +29,7 @@ pub struct Strands {
     pieces: Vec<u32>,
     /// A colour for each point, or one for all.
     colours: Vec<Vec3>,
+    bounds: Option<Bounds>,
 }
 
 /// The cylinder between two points of a strand.
@@ -101,12 +102,19 @@ impl Strands {
             pieces.extend(first..end.saturating_sub(1).max(first));
             first = end;
         }
-        Ok(Self {
+        let mut strands = Self {
             points,
             ends,
             pieces,
             colours: vec![Self::COLOUR],
-        })
+            bounds: None,
+        };
+        // Both ends count with the piece's thickness, which is larger than that of a tapering
+        // strand at its thin end.
+        let pieces = (0..strands.piece_count()).map(|index| strands.piece(index));
+        let ends = pieces.flat_map(|piece| piece.axis.map(|end| (end, piece.radius)));
+        strands.bounds = around(ends);
+        Ok(strands)
     }
 
     /// The same strands, scaled by `scale` about the origin, thickness included, and then moved
@@ -209,10 +217,7 @@ impl Strands {
 
     /// A box around all pieces; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
-        // Both ends count with the piece's thickness, which is larger than that of a tapering
-        // strand at its thin end.
-        let pieces = (0..self.pieces.len()).map(|index| self.piece(index));
-        around(pieces.flat_map(|piece| piece.axis.map(|end| (end, piece.radius))))
+        self.bounds
     }
 }
 
