@@ -187,7 +187,7 @@ impl Scaled {
             },
             ..self
         };
-        // An endless one is its own equal, but not over itself.
+        // An endless segment is not divided by itself, which would give no number.
         let shortened = if length < longer {
             length / longer
         } else {
