@@ -21,6 +21,7 @@ mod devices;
 mod failure;
 mod file;
 mod format;
+mod hair;
 mod indirect;
 mod input;
 mod inspect;

@@ -37,7 +37,8 @@ pub(super) struct Analysis {
 pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analysis, Failure> {
     let (reference, _) = truth::converge(&job, job.view.rays(), 1e-6, false);
     let truth = Truth::new(job.size, &reference);
-    let mut copies = vec![copy_seconds()];
+    let mut probe = Copies::new();
+    let mut copies = vec![probe.seconds()];
     let mut pairs = Vec::new();
     for (device, candidates, forecast) in forecasts {
         let measured: Vec<Candidate> = candidates.iter().map(|c| (*c).clone()).collect();
@@ -49,7 +50,7 @@ pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analys
                 continue;
             }
         };
-        copies.push(copy_seconds());
+        copies.push(probe.seconds());
         for row in &forecast.rows {
             let candidate = candidates[row.setting];
             let is_it =
@@ -62,7 +63,7 @@ pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analys
             }
         }
     }
-    copies.push(copy_seconds());
+    copies.push(probe.seconds());
     let [least, most] = [f64::min, f64::max].map(|pick| copies.iter().copied().reduce(pick));
     Ok(Analysis {
         pairs,
@@ -72,17 +73,32 @@ pub(super) fn analyze(job: Job<'_>, forecasts: &[Foreseen<'_>]) -> Result<Analys
     })
 }
 
-/// The shortest time of a few copies of 32 MiB.
-fn copy_seconds() -> f64 {
-    let from = vec![1_u8; 1 << 25];
-    let mut to = vec![0_u8; from.len()];
-    let times = (0..8).map(|_| {
-        let clock = Instant::now();
-        to.copy_from_slice(std::hint::black_box(&from));
-        std::hint::black_box(&mut to);
-        clock.elapsed().as_secs_f64()
-    });
-    times.fold(f64::INFINITY, f64::min)
+/// A copy of 32 MiB, always between the same pages: what others of another size or place take
+/// says nothing about how quiet the machine is.
+struct Copies {
+    from: Vec<u8>,
+    to: Vec<u8>,
+}
+
+impl Copies {
+    fn new() -> Self {
+        let bytes = 1 << 25;
+        Self {
+            from: vec![1; bytes],
+            to: vec![0; bytes],
+        }
+    }
+
+    /// The shortest time of a few copies.
+    fn seconds(&mut self) -> f64 {
+        let times = (0..8).map(|_| {
+            let clock = Instant::now();
+            self.to.copy_from_slice(std::hint::black_box(&self.from));
+            std::hint::black_box(&mut self.to);
+            clock.elapsed().as_secs_f64()
+        });
+        times.fold(f64::INFINITY, f64::min)
+    }
 }
 
 impl Pair {

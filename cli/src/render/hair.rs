@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use gpu_backend::Cpu;
+use gpu_backend::gpu::Gpu;
 use lighting::Emitter;
 use lighting::hair::{Fibre, LitHair, SeenHair};
 use lighting::scene::view::View;
@@ -9,7 +10,9 @@ use lighting::scene::{Camera, Scene, Translucent};
 use lighting::translucent::TransmittanceMap;
 
 use crate::args::FibreName;
+use crate::devices::Device;
 use crate::failure::Failure;
+use crate::hair::{light_of, triangles_in_shaders};
 use crate::input::Input;
 
 impl FibreName {
@@ -45,24 +48,48 @@ impl Hair {
         (Some(Self { seen, fibre }), view.with_cover(cover))
     }
 
-    /// Its light, of lights with their maps.
+    /// Its light on a device, of lights with their maps.
     pub(super) fn radiance(
         &self,
-        view: &View,
-        input: &Input,
+        (view, device): (&View, &Device),
+        input: &mut Input,
         emitters: &[Emitter],
         maps: &[&TransmittanceMap],
-    ) -> Vec<[f32; 4]> {
-        let lights: Vec<_> = emitters.iter().zip(maps.iter().copied()).collect();
+    ) -> Result<Vec<[f32; 4]>, Failure> {
+        let mut there = None;
+        if let Some(context) = &device.context {
+            let gpu = Gpu::new(context.clone());
+            match triangles_in_shaders(&gpu, &input.geometry, &input.tracer)? {
+                Ok(tracer) => there = Some((gpu, tracer)),
+                Err(why) => (input.notes).push(format!("hair is lit on the CPU: {why}")),
+            }
+        }
+        let media = &input.media();
+        let (translucent, fibre) = (&input.scene.translucent[..], self.fibre);
+        let Some((gpu, tracer)) = &there else {
+            let lights: Vec<_> = emitters.iter().zip(maps.iter().copied()).collect();
+            let lit = LitHair {
+                view,
+                translucent,
+                media,
+                tracer: input.tracer.as_ref(),
+                lights: &lights,
+                fibre,
+            };
+            return light_of(&Cpu::new(), &self.seen, &lit);
+        };
+        let uploaded = maps.iter().map(|map| map.upload(gpu));
+        let maps: Vec<_> = uploaded.collect::<Result<_, _>>()?;
+        let lights: Vec<_> = emitters.iter().zip(&maps).collect();
         let lit = LitHair {
             view,
-            translucent: &input.scene.translucent,
-            media: &input.media(),
-            tracer: &input.tracer,
+            translucent,
+            media,
+            tracer,
             lights: &lights,
-            fibre: self.fibre,
+            fibre,
         };
-        self.seen.radiance(&Cpu::new(), &lit)
+        light_of(gpu, &self.seen, &lit)
     }
 }
 

@@ -368,12 +368,13 @@ impl Shot<'_> {
     }
 
     /// The light of hair that some emitters send; `None` if there is none.
-    fn hair(&self, input: &Input, emitters: &[usize]) -> Result<Option<Picture>, Failure> {
+    fn hair(&self, input: &mut Input, emitters: &[usize]) -> Result<Option<Picture>, Failure> {
         let Some(hair) = self.hair.as_ref().filter(|_| !emitters.is_empty()) else {
             return Ok(None);
         };
         let maps = self.maps(input, emitters)?;
-        let radiance = hair.radiance(self.view, input, &input.picked(emitters), &maps);
+        let lights = input.picked(emitters);
+        let radiance = hair.radiance((self.view, self.device), input, &lights, &maps)?;
         Ok(Some(self.pixels(&radiance)))
     }
 

@@ -106,6 +106,11 @@ impl SeenHair {
         self.fragments.len()
     }
 
+    /// Number of pixels, with or without strands.
+    pub(super) fn pixels(&self) -> usize {
+        self.ends.len()
+    }
+
     /// True if no pixel shows any strand.
     pub fn is_empty(&self) -> bool {
         self.fragments.is_empty()

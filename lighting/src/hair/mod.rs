@@ -32,6 +32,14 @@
 //! two texels and the radius of the strand. So strands shade each other and not themselves.
 //! [`Fibre`] says how a strand scatters the light.
 //!
+//! # Backends
+//!
+//! Which strands a pixel shows is found on the CPU. [`AddHairLight`] lights them there or on a
+//! GPU (feature `wgpu`), which takes 96 bytes of memory for each fragment; more fragments than
+//! a binding holds are lit one batch after the other. Backends agree to 1e-4 of the light of a
+//! pixel, but where a strand is seen along its axis or is on the border of a triangle's shadow.
+//! The shaders of GPUs know solid triangles alone, see `methods::exact::UploadedTracer`.
+//!
 //! Based on: M. Salvi, K. Vidimče, A. Lauritzen, A. Lefohn, "Adaptive Volumetric Shadow Maps",
 //! Eurographics Symposium on Rendering 2010, for curves and self-shadows. The curves seen from
 //! the eye are those of their "Adaptive Transparency" (HPG 2011), where the order of fragments
@@ -54,10 +62,15 @@
 
 mod fibre;
 mod fragments;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
+#[cfg(feature = "wgpu")]
+#[cfg(test)]
+mod gpu_tests;
 mod light;
 #[cfg(test)]
 mod tests;
 
 pub use fibre::Fibre;
 pub use fragments::SeenHair;
-pub use light::LitHair;
+pub use light::{AddHairLight, HairMemory, LitHair};

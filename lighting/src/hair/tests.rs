@@ -1,11 +1,11 @@
 use std::f32::consts::PI;
 
 use glam::{Quat, Vec3};
-use gpu_backend::Cpu;
+use gpu_backend::{Cpu, Download, Error};
 use reference::random::Random;
 use transmittance::Stream;
 
-use super::{Fibre, LitHair, SeenHair};
+use super::{AddHairLight, Fibre, LitHair, SeenHair};
 use crate::methods::heterogeneous::{GatherMedia, MediaRays};
 use crate::methods::translucent::{Casters, TransmittanceMap};
 use crate::scene::trace::Tracer;
@@ -17,18 +17,18 @@ use crate::scene::{
 use crate::visibility::Unshadowed;
 use crate::{EyePanes, Gather, LitRays, Ray, airlight, surface};
 
-const FIBRES: [Fibre; 2] = [Fibre::KajiyaKay, Fibre::Marschner];
+pub(super) const FIBRES: [Fibre; 2] = [Fibre::KajiyaKay, Fibre::Marschner];
 
 /// Rows and columns of pictures.
-const SIDE: u32 = 32;
+pub(super) const SIDE: u32 = 32;
 
 /// An eye at the origin that looks along −Z; at 1 m, pictures are 2 m wide and high.
-fn camera() -> Camera {
+pub(super) fn camera() -> Camera {
     Camera::new(Vec3::ZERO, Quat::IDENTITY, 0.5 * PI).unwrap()
 }
 
 /// A strand through each of these lists of points.
-fn strands(lines: &[Vec<Vec3>], thickness: f32, opacity: f32) -> Strands {
+pub(super) fn strands(lines: &[Vec<Vec3>], thickness: f32, opacity: f32) -> Strands {
     let (mut points, mut ends) = (Vec::new(), Vec::new());
     for line in lines {
         points.extend(line.iter().map(|&position| StrandPoint {
@@ -48,16 +48,16 @@ fn across(y: f32, z: f32, thickness: f32, opacity: f32) -> Strands {
 }
 
 /// A scene with all that its pictures are made from.
-struct Seen {
-    scene: Scene,
+pub(super) struct Seen {
+    pub(super) scene: Scene,
     geometry: Geometry,
-    tracer: Tracer,
-    view: View,
-    hair: SeenHair,
+    pub(super) tracer: Tracer,
+    pub(super) view: View,
+    pub(super) hair: SeenHair,
 }
 
 impl Seen {
-    fn new(scene: Scene, side: u32) -> Self {
+    pub(super) fn new(scene: Scene, side: u32) -> Self {
         let cpu = Cpu::new();
         let geometry = Geometry::new(&scene).unwrap();
         let tracer = Tracer::new(&geometry);
@@ -93,7 +93,7 @@ impl Seen {
             lights: &[(emitter, &map)],
             fibre,
         };
-        self.hair.radiance(cpu, &lit)
+        added(cpu, &self.hair, &lit)
     }
 
     /// The share of a pixel that is covered.
@@ -102,8 +102,22 @@ impl Seen {
     }
 }
 
+/// The light of hair alone, on any backend.
+pub(super) fn added<T, B>(
+    backend: &B,
+    hair: &SeenHair,
+    lit: &LitHair<'_, B::Memory, T>,
+) -> Vec<[f32; 4]>
+where
+    B: AddHairLight<T> + Download,
+{
+    let mut radiance = backend.zeros(lit.view.rays().len()).unwrap();
+    backend.add_hair_light(hair, lit, &mut radiance).unwrap();
+    backend.download(&radiance).unwrap()
+}
+
 /// A scene has a triangle; this one is far below all else.
-fn with(strands: Strands) -> Scene {
+pub(super) fn with(strands: Strands) -> Scene {
     let speck = Mesh {
         positions: [Vec3::X, Vec3::Y, Vec3::Z]
             .map(|corner| 0.1 * corner - 900.0 * Vec3::Y)
@@ -120,12 +134,12 @@ fn with(strands: Strands) -> Scene {
 }
 
 /// Sunlight from behind the eye, from above.
-fn sun() -> Emitter {
+pub(super) fn sun() -> Emitter {
     Emitter::directional(Vec3::new(0.2, -0.5, -1.0), Vec3::new(3.0, 2.0, 1.0)).unwrap()
 }
 
 /// Curved strands in front of the eye.
-fn tangle(seed: u64, count: usize) -> Vec<Vec<Vec3>> {
+pub(super) fn tangle(seed: u64, count: usize) -> Vec<Vec<Vec3>> {
     let mut random = Random::new(seed);
     let line = |random: &mut Random| {
         let mut at = Vec3::from_array(random.vector(1.0)) + 2.0 * Vec3::NEG_Z;
@@ -781,6 +795,35 @@ fn thirty_thousand_strands_are_a_picture() {
     let radiance = seen.radiance(&sun(), Fibre::KajiyaKay);
     let sum: f32 = radiance.iter().map(|pixel| pixel[1]).sum();
     assert!(sum.is_finite() && sum > 1.0 && seen.hair.len() > 100_000);
+}
+
+#[test]
+fn sums_and_hair_of_another_number_of_pixels_are_refused() {
+    let seen = Seen::of(strands(&tangle(1, 10), 0.03, 0.6));
+    let other = Seen::new(with(strands(&tangle(1, 10), 0.03, 0.6)), SIDE / 2);
+    let cpu = Cpu::new();
+    let lit: LitHair<'_> = LitHair {
+        view: &seen.view,
+        translucent: &seen.scene.translucent,
+        media: &Media::of(&seen.scene),
+        tracer: &seen.tracer,
+        lights: &[],
+        fibre: Fibre::Marschner,
+    };
+    let pixels = seen.view.rays().len();
+    let mut radiance = vec![[1.0; 4]; pixels];
+    let refused = cpu.add_hair_light(&other.hair, &lit, &mut radiance);
+    assert!(
+        matches!(refused, Err(Error::LengthMismatch { .. })),
+        "{refused:?}"
+    );
+    let refused = cpu.add_hair_light(&seen.hair, &lit, &mut vec![[1.0; 4]; 3]);
+    assert!(
+        matches!(refused, Err(Error::LengthMismatch { .. })),
+        "{refused:?}"
+    );
+    cpu.add_hair_light(&seen.hair, &lit, &mut radiance).unwrap();
+    assert!(radiance.iter().all(|sum| *sum == [1.0; 4]));
 }
 
 #[test]

@@ -103,6 +103,11 @@ pub enum Allowed {
     GpuDirectLightPoints,
     /// The same for points with filtered precomputed shadows.
     GpuFilteredPoints,
+    /// The light that hair sends to a pixel, on the GPU and on the CPU.
+    GpuHair,
+    /// Share of pixels that differ by more because a strand is seen or lit along its axis, or on
+    /// the border of a triangle's shadow.
+    GpuHairPixels,
     /// What a sample of the transmittance of smoke adds to `GpuRadiance`.
     GpuSmoke,
     /// Share of rays that differ by more because a sample is within rounding of a step of transmittance.
@@ -522,6 +527,22 @@ pub const TABLE: &[Tolerance] = &[
         derivation: "A point is off by at most 2^-20 x 32 x 100 of a voxel of a grid of 32 along \
             each of three axes, so one of a hundred lies so near to a border of the voxel, and a \
             step along its normal as near to one half.",
+    },
+    Tolerance {
+        what: Allowed::GpuHair,
+        error: 1e-4,
+        derivation: "Of the light of the pixel. Sines and cosines of inclinations are off by 3 \
+            units, 2e-7, and the narrowest cone divides them by a variance of 0.0056 in its \
+            exponent, where they sum up to terms of 178 that are rounded to 1e-5 each: 6e-5. \
+            `GpuSmoke` for the lookup, at points whose fragments make up a part of the pixel.",
+    },
+    Tolerance {
+        what: Allowed::GpuHairPixels,
+        error: 1e-3,
+        derivation: "A strand seen within 0.01 rad of its axis, where an inclination that is off \
+            by 2e-7 changes a reciprocal cosine by more than the above, is one of 200 with \
+            directions at random, and has a hundredth of its length across the picture; one pixel \
+            in a thousand that a shadow's border crosses has it within rounding of a strand.",
     },
     Tolerance {
         what: Allowed::GpuSmoke,

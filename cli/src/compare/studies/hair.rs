@@ -6,22 +6,24 @@
 use std::fmt::Debug;
 use std::time::Instant;
 
-use gpu_backend::{Cpu, Host};
+use gpu_backend::gpu::Gpu;
+use gpu_backend::{Cpu, Download, Host};
 use lighting::Emitter;
-use lighting::hair::{Fibre, LitHair, SeenHair};
+use lighting::hair::{AddHairLight, Fibre, HairMemory, LitHair, SeenHair};
 use lighting::scene::view::View;
 use lighting::scene::{Media, Translucent};
 use lighting::translucent::{Casters, TransmittanceMap};
 use transmittance::baseline::{Captured, Uncompressed};
-use transmittance::{Accumulate, CurveMap, Evaluate};
+use transmittance::{Accumulate, CurveMap, Evaluate, Packed, Stream};
 
-use super::curves::kinds::{Named, Visit, range, visit_all};
+use super::curves::kinds::{Named, Visit, named, range, visit_all};
 use super::curves::show::series_of_kinds;
 use super::curves::{Family, collect_any};
-use super::{Kind, Limit, Subject};
+use super::{Device, Kind, Limit, Subject};
 use crate::compare::study::{Axis, Cell, Chart, Charts, Column, Part, Point, Scale, Study, Unit};
 use crate::failure::Failure;
 use crate::format::{bytes, seconds, significant};
+use crate::hair::{light_of, triangles_in_shaders};
 use crate::progress;
 
 pub(super) const KIND: Kind = Kind {
@@ -41,6 +43,8 @@ const LOOSER: f64 = 1.5;
 /// A kind of curves and its picture.
 #[derive(Debug)]
 struct Row {
+    /// Where the hair is lit; maps are made on the CPU.
+    backend: String,
     name: Named,
     /// Differences from the picture of uncompressed curves, root mean square and the largest,
     /// over the mean of that picture where there is hair.
@@ -64,6 +68,7 @@ fn pointless(subject: &Subject<'_>) -> Option<&'static str> {
 
 fn columns() -> Vec<Column> {
     vec![
+        Column::plain("backend"),
         Column::plain("curve"),
         Column::plain("setting"),
         Column::new("error", Unit::Share),
@@ -130,6 +135,9 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
         failed: Ok(()),
     };
     visit_all(range(LOOSER, rays.range())?, &mut pictures)?;
+    for device in &subject.devices {
+        pictures.on_gpu(device)?;
+    }
     pictures.failed?;
     let rows = pictures.rows;
     bar.finish_and_clear();
@@ -175,24 +183,37 @@ impl Stand<'_> {
         )?)
     }
 
-    fn light<T>(&self, map: &TransmittanceMap<Host, T>) -> Vec<[f32; 4]>
+    /// The light of the hair on a backend that has the triangles and the map.
+    fn light<B, T>(
+        &self,
+        backend: &B,
+        tracer: &<B::Memory as HairMemory<T>>::Tracer,
+        map: &TransmittanceMap<B::Memory, T>,
+    ) -> Result<Vec<[f32; 4]>, Failure>
     where
-        T: Evaluate + Debug + Sync,
+        B: AddHairLight<T> + Download,
     {
         let lit = LitHair {
             view: &self.view,
             translucent: self.subject.translucent,
             media: &self.media,
-            tracer: self.subject.tracer,
+            tracer,
             lights: &[(self.emitter, map)],
             fibre: Fibre::default(),
         };
-        self.seen.radiance(&self.cpu, &lit)
+        light_of(backend, &self.seen, &lit)
+    }
+
+    fn light_here<T>(&self, map: &TransmittanceMap<Host, T>) -> Result<Vec<[f32; 4]>, Failure>
+    where
+        T: Evaluate + Debug + Sync,
+    {
+        self.light(&self.cpu, self.subject.tracer, map)
     }
 
     /// `None` if all is dark.
     fn truth(&self) -> Result<Option<Truth>, Failure> {
-        let picture = self.light(&self.map::<_, Uncompressed>(&Captured::new())?);
+        let picture = self.light_here(&self.map::<_, Uncompressed>(&Captured::new())?)?;
         let lit = picture.iter().map(brightness).filter(|light| *light > 0.0);
         let (sum, pixels) = lit.fold((0.0, 0), |(sum, count), light| (sum + light, count + 1));
         Ok((pixels > 0).then(|| Truth {
@@ -233,26 +254,80 @@ impl Pictures<'_> {
         let clock = Instant::now();
         let map = self.stand.map::<A, T>(clear)?;
         let made = clock.elapsed().as_secs_f64();
-        let picture = self.stand.light(&map);
+        let picture = self.stand.light_here(&map)?;
         let light = clock.elapsed().as_secs_f64() - made;
-        let curves = map.curves().iter().flat_map(CurveMap::texels);
-        let (total, count) = curves.fold((0, 0), |(total, count), curve| {
-            (total + bytes(curve), count + 1)
-        });
+        let bytes = mean_bytes(&map, bytes);
+        Ok(self.of("cpu", name, [made, light], bytes, &picture))
+    }
+
+    /// The row of a picture that took so many seconds for the map and for the light.
+    fn of(
+        &self,
+        backend: &str,
+        name: Named,
+        [map, light]: [f64; 2],
+        bytes: f64,
+        picture: &[[f32; 4]],
+    ) -> Row {
         let (mut squares, mut worst) = (0.0, 0.0_f64);
         for (found, truth) in picture.iter().zip(&self.truth.picture) {
             let off = (brightness(found) - brightness(truth)).abs();
             (squares, worst) = (squares + off * off, worst.max(off));
         }
-        Ok(Row {
+        Row {
+            backend: backend.into(),
             name,
             error: (squares / self.truth.pixels as f64).sqrt() / self.truth.mean,
             worst: worst / self.truth.mean,
-            map: made,
+            map,
             light,
-            bytes: total as f64 / f64::from(count.max(1)),
-        })
+            bytes,
+        }
     }
+
+    /// Lights the hair on a GPU, by the curves that a picture takes unless others are asked for.
+    fn on_gpu(&mut self, device: &Device<'_>) -> Result<(), Failure> {
+        let Some(context) = device.context else {
+            return Ok(());
+        };
+        let what = format!("light on {}", device.label);
+        if let Some(why) = self.limit.reached_after(2.0 * self.each) {
+            self.study.leave_out(&what, why);
+            return Ok(());
+        }
+        let Stand { subject, .. } = self.stand;
+        let gpu = Gpu::new(context.clone());
+        let tracer = match triangles_in_shaders(&gpu, subject.geometry, subject.tracer)? {
+            Ok(tracer) => tracer,
+            Err(why) => {
+                self.study.leave_out(&what, why);
+                return Ok(());
+            }
+        };
+        let clock = Instant::now();
+        let map = self.stand.map::<_, Packed<8>>(&Stream::<8>::new())?;
+        let made = clock.elapsed().as_secs_f64();
+        let there = map.upload(&gpu)?;
+        // The first picture compiles the shaders.
+        self.stand.light(&gpu, &tracer, &there)?;
+        let clock = Instant::now();
+        let picture = self.stand.light(&gpu, &tracer, &there)?;
+        let light = clock.elapsed().as_secs_f64();
+        let bytes = mean_bytes(&map, |_| size_of::<Packed<8>>());
+        let name = named(Family::Area, 8);
+        let row = self.of(&device.short, name, [made, light], bytes, &picture);
+        self.rows.push(row);
+        Ok(())
+    }
+}
+
+/// Mean bytes of a texel of a map whose curves take so many `bytes`.
+fn mean_bytes<T: Debug>(map: &TransmittanceMap<Host, T>, bytes: impl Fn(&T) -> usize) -> f64 {
+    let curves = map.curves().iter().flat_map(CurveMap::texels);
+    let (total, count) = curves.fold((0, 0), |(total, count), curve| {
+        (total + bytes(curve), count + 1)
+    });
+    total as f64 / f64::from(count.max(1))
 }
 
 impl Visit for Pictures<'_> {
@@ -289,11 +364,12 @@ fn describe(study: &mut Study, rows: &[Row], side: u32) {
         "The light that hair scatters to the eye, shadowed by hair and smoke through a map of {side} texels per side \
 with every kind of curve, for the first light that meets hair. Errors are differences of brightness from \
 the picture with uncompressed curves of the same map, over the mean brightness of hair that is lit; \
-what a finer map would show is not counted. Times are those of the map and of the light of the picture, on \
-all threads, taken once."
+what a finer map would show is not counted. Times are those of the map, which is made on the CPU, and of \
+the light of the picture, on all threads, taken once."
     );
     for row in rows {
-        let cells: [Cell; 7] = [
+        let cells: [Cell; 8] = [
+            row.backend.as_str().into(),
             Cell::keyed(row.name.family.title(), row.name.family.key()),
             row.name.setting.as_str().into(),
             row.error.into(),
@@ -305,6 +381,7 @@ all threads, taken once."
         study.records.push(cells.into());
     }
     let headings = [
+        ("backend", "light on"),
         ("curve", "curve"),
         ("setting", "setting"),
         ("error", "error"),
@@ -340,7 +417,10 @@ fn chart(rows: &[Row]) -> Chart {
         ),
     };
     let points = |family: Family| {
-        let own = rows.iter().filter(|row| row.name.family == family);
+        // Pictures of a GPU are the same but for roundings.
+        let own = rows
+            .iter()
+            .filter(|row| row.name.family == family && row.backend == "cpu");
         own.map(point).collect()
     };
     Chart {
@@ -381,10 +461,10 @@ mod tests {
         assert_eq!(study.left_out, []);
         let error = |family: Family, setting: &str| {
             let own = |row: &&crate::compare::study::Row| {
-                row.cells[0].text() == Some(family.title()) && row.cells[1].text() == Some(setting)
+                row.cells[1].text() == Some(family.title()) && row.cells[2].text() == Some(setting)
             };
             let row = study.records.rows().iter().find(own).unwrap();
-            match row.cells[2].value {
+            match row.cells[3].value {
                 Value::Number(error) => error,
                 _ => panic!("a number: {row:?}"),
             }

@@ -11,7 +11,7 @@
 //! | `scn_cubic`, `scn_mean`, `scn_up_to` | [`MediaPiece`](crate::MediaPiece) | the extinction along a part of a cell, its integral, a part of it |
 //! | `scn_grid_depth` | [`Media::optical_depth`](crate::Media::optical_depth) | the optical depth of a grid |
 //! | `scn_chord`, `scn_ball_cubic` | the same of particles | where a line is in a ball, and the extinction there |
-//! | `scn_height_density`, `scn_height_column` | [`HeightFog::density`], [`HeightFog::column`] | fog that thins out with altitude |
+//! | `scn_height_density`, `scn_height_column`, which [`HEIGHT_FOG`] has alone | [`HeightFog::density`], [`HeightFog::column`] | fog that thins out with altitude |
 //!
 //! # A whole shader
 //!
@@ -29,7 +29,7 @@
 
 mod part;
 
-pub use part::MEDIA;
+pub use part::{HEIGHT_FOG, MEDIA};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

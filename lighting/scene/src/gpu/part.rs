@@ -1,11 +1,11 @@
-//! The text, with what it defines.
+//! The texts, with what they define.
 
 /// Optical depths of density grids, of balls and of fog that thins out with altitude, along
 /// lines `origin + t direction`, `direction` being a unit vector. Needs no other part.
 ///
 /// Lengths are in metres; `scn_FAR`, which is `f32::MAX`, stands for infinity. `grid` is a
-/// [`GridRecord`](super::GridRecord), `fog` a [`HeightFogRecord`](super::HeightFogRecord). The
-/// errors are those of the [module](crate::gpu#agreement-with-the-cpu).
+/// [`GridRecord`](super::GridRecord). The errors are those of the
+/// [module](crate::gpu#agreement-with-the-cpu).
 ///
 /// ```wgsl
 /// fn scn_grid_depth(
@@ -69,15 +69,7 @@
 /// the ball; and the extinction between two distances within it, as such a cubic, for a ball
 /// of `sigma_t` at its centre that is even, or soft and falls as 1 − r²/R².
 ///
-/// ```wgsl
-/// fn scn_height_density(fog: scn_HeightFog, y: f32) -> f32
-/// fn scn_height_column(fog: scn_HeightFog, y: f32, slope: f32, length: f32) -> f32
-/// ```
-///
-/// The factor on the coefficients of the fog at the height y; and the column of the way
-/// over `length`, which may be `scn_FAR`, that begins at the height y and rises by `slope`
-/// per metre: the length in m at the fog's own altitude that has as much of it. The optical
-/// depth is `fog.sigma_t` times that.
+/// Beside these it has all of [`HEIGHT_FOG`].
 ///
 /// # To be written by the shader around it
 ///
@@ -90,7 +82,30 @@
 /// # Source
 ///
 #[doc = concat!("```wgsl\n", include_str!("media.wgsl"), "\n```")]
-pub const MEDIA: &str = text(include_str!("media.wgsl"));
+pub const MEDIA: &str = text(concat!(
+    include_str!("height_fog.wgsl"),
+    include_str!("media.wgsl")
+));
+
+/// Fog that thins out with altitude alone, for shaders without grids; [`MEDIA`] contains it.
+/// Needs no other part.
+///
+/// `fog` is a [`HeightFogRecord`](super::HeightFogRecord), `scn_FAR` stands for infinity.
+///
+/// ```wgsl
+/// fn scn_height_density(fog: scn_HeightFog, y: f32) -> f32
+/// fn scn_height_column(fog: scn_HeightFog, y: f32, slope: f32, length: f32) -> f32
+/// ```
+///
+/// The factor on the coefficients of the fog at the height y; and the column of the way
+/// over `length`, which may be `scn_FAR`, that begins at the height y and rises by `slope`
+/// per metre: the length in m at the fog's own altitude that has as much of it. The optical
+/// depth is `fog.sigma_t` times that.
+///
+/// # Source
+///
+#[doc = concat!("```wgsl\n", include_str!("height_fog.wgsl"), "\n```")]
+pub const HEIGHT_FOG: &str = text(include_str!("height_fog.wgsl"));
 
 /// The text itself. A call keeps it out of the line in which the documentation shows the
 /// constant.
@@ -116,5 +131,10 @@ mod tests {
     #[test]
     fn the_whole_shader_is_valid() {
         Shader::new(&[MEDIA, include_str!("example.wgsl")]).unwrap();
+    }
+
+    #[test]
+    fn height_fog_is_valid_alone() {
+        Shader::new(&[HEIGHT_FOG]).unwrap();
     }
 }

@@ -5,26 +5,7 @@
 // through ray and light. A walk of the hierarchy of triangles, without a stack, collects these
 // dark intervals. The ones nearest to the eye are kept; where they end another walk begins.
 //
-// Needs the parts numeric.wgsl, path.wgsl and lit.wgsl and the variables
-//   light_exact: light_Exact
-//   light_exact_nodes: array<light_exact_Node>, in the order of a walk
-//   light_exact_corners: array<f32>, nine coordinates for each triangle
-
-struct light_Exact {
-    nodes: u32,
-    padding_a: u32,
-    padding_b: u32,
-    padding_c: u32,
-}
-
-struct light_exact_Node {
-    low: vec3<f32>,
-    // Of an inner node, the node after its last descendant; of a leaf, its first triangle.
-    link: u32,
-    high: vec3<f32>,
-    // Triangles of a leaf; 0 for an inner node.
-    count: u32,
-}
+// Needs the parts numeric.wgsl, path.wgsl, lit.wgsl and triangles.wgsl, and what that needs.
 
 // How many dark intervals of a ray are kept at once.
 const light_exact_MOST: u32 = 16u;

@@ -15,6 +15,8 @@
 use bytemuck::{Pod, Zeroable};
 use gpu_backend::gpu::{Argument, Encode, Gpu, GpuBuffer, InShader};
 use gpu_backend::shader::Part;
+#[cfg(feature = "translucent")]
+use gpu_backend::shader::Slot;
 use gpu_backend::{Backend, Element, Error};
 
 use crate::gpu::VisibilitySlot;
@@ -23,7 +25,7 @@ use crate::scene::Caster;
 use crate::scene::Coatings;
 use crate::scene::trace::{Preorder, PreorderNode, Tracer};
 
-/// `light_Exact` of `exact.wgsl`.
+/// `light_Exact` of `triangles.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(crate) struct ExactRecord {
@@ -37,9 +39,9 @@ pub(crate) struct ExactRecord {
 /// hierarchy, in the memory of a GPU.
 ///
 /// It answers for any light. Drivers in software end the loops of a ray after 65,535 turns, and
-/// what is left of it would be lit: with them, gather through no more than 150 triangles. All
-/// triangles are solid or cast no shadow. A triangle takes 36
-/// bytes, a node of the hierarchy 32.
+/// what is left of it would be lit: with them, gather through no more than 150 triangles, and
+/// trace shadow rays through no more than 20,000. All triangles are solid or cast no shadow. A
+/// triangle takes 36 bytes, a node of the hierarchy 32.
 #[derive(Debug)]
 pub struct UploadedTracer {
     nodes: GpuBuffer<PreorderNode>,
@@ -125,16 +127,17 @@ fn upload<T: Element, E: Encode>(
     })
 }
 
-impl InShader<VisibilitySlot> for UploadedTracer {
-    fn part() -> Part {
-        Part::new("light_exact")
-            .source(include_str!("exact.wgsl"))
-            .uniform("light_exact", "light_Exact")
-            .read("light_exact_nodes", "array<light_exact_Node>")
-            .read("light_exact_corners", "array<f32>")
-    }
+/// The triangles, and what asks about them.
+fn part(question: &'static str) -> Part {
+    Part::new("light_exact")
+        .sources(&[include_str!("triangles.wgsl"), question])
+        .uniform("light_exact", "light_Exact")
+        .read("light_exact_nodes", "array<light_exact_Node>")
+        .read("light_exact_corners", "array<f32>")
+}
 
-    fn arguments(&self) -> Vec<Argument<'_>> {
+impl UploadedTracer {
+    fn bindings(&self) -> Vec<Argument<'_>> {
         vec![
             Argument::uniform(ExactRecord {
                 nodes: self.node_count,
@@ -145,5 +148,53 @@ impl InShader<VisibilitySlot> for UploadedTracer {
             Argument::read(&self.nodes),
             Argument::read(&self.corners),
         ]
+    }
+}
+
+impl InShader<VisibilitySlot> for UploadedTracer {
+    fn part() -> Part {
+        part(include_str!("exact.wgsl"))
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        self.bindings()
+    }
+}
+
+/// The slot for the question: *is no triangle between this point and another one?* A part `x`
+/// defines
+///
+/// ```wgsl
+/// fn x_is_open(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> bool
+/// ```
+///
+/// for a unit vector as direction and a length that may be `light_FAR`.
+#[cfg(feature = "translucent")]
+#[derive(Debug)]
+pub(crate) struct ShadowRaySlot;
+
+#[cfg(feature = "translucent")]
+impl Slot for ShadowRaySlot {
+    fn glue(part: &str) -> String {
+        format!(
+            "
+fn light_shadow_ray_is_open(origin: vec3<f32>, direction: vec3<f32>, length: f32) -> bool {{
+    return {part}_is_open(origin, direction, length);
+}}
+"
+        )
+    }
+}
+
+/// A shadow ray takes a turn for each node that it looks at and each triangle of a leaf, at most
+/// three for each triangle of the scene.
+#[cfg(feature = "translucent")]
+impl InShader<ShadowRaySlot> for UploadedTracer {
+    fn part() -> Part {
+        part(include_str!("shadow_ray.wgsl"))
+    }
+
+    fn arguments(&self) -> Vec<Argument<'_>> {
+        self.bindings()
     }
 }

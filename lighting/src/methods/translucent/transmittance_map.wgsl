@@ -53,3 +53,16 @@ fn light_curves_visibility(point: vec3<f32>) -> vec3<f32> {
     light_curve_face += COLOUR_WORDS;
     return vec3(red, green, avsm_filtered(extent, texel, depth, SIDE)[0]);
 }
+
+// The approximate width of a texel at a point that the light sees, m; 0 without casters.
+fn light_curves_texel_size(point: vec3<f32>) -> f32 {
+    if light_curves.pictures.face_count == 0u {
+        return 0.0;
+    }
+    let v = point - light_curves.pictures.faces[0].origin;
+    let index = light_face_along(light_curves.pictures.face_count, v);
+    let face = light_curves.pictures.faces[index];
+    let parallel = max(face.half_width, face.half_height);
+    let half = 0.5 * f32(light_curves.places[index].x);
+    return select(parallel, face.tan * length(v), face.tan > 0.0) / half;
+}

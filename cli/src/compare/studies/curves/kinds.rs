@@ -75,7 +75,8 @@ pub(crate) fn visit_all(range: Range, visit: &mut impl Visit) -> Result<(), Fail
     Ok(())
 }
 
-fn named(family: Family, setting: impl ToString) -> Named {
+/// The name of a kind.
+pub(crate) fn named(family: Family, setting: impl ToString) -> Named {
     Named {
         family,
         setting: setting.to_string(),
