@@ -417,8 +417,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) nodes: Option<u32>,
 
-    /// Where the airlight is computed, and the light of surfaces with --shadows; other surfaces
-    /// and hair are lit on the CPU
+    /// Where the airlight is computed, the light of hair, and that of surfaces with --shadows;
+    /// other surfaces are lit on the CPU
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     pub(crate) backend: PictureBackend,
 

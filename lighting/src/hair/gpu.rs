@@ -201,6 +201,7 @@ fn scattered<T: WgslStored + Debug, E: Encode>(
 ) -> Result<GpuBuffer<[f32; 4]>, Error> {
     let mut scattered = gpu.zeros::<[f32; 4]>(points.len())?;
     let uploaded = gpu.upload(points)?;
+    let parts = shader::<T>()?.finish(PARTS);
     let media = lit.media;
     for (emitter, map) in lit.lights {
         let (emitter, cookie) = EmitterRecord::new(emitter);
@@ -220,7 +221,7 @@ fn scattered<T: WgslStored + Debug, E: Encode>(
         gpu.dispatch(
             &Kernel {
                 label: "light of hair",
-                parts: &shader::<T>()?.finish(PARTS),
+                parts: &parts,
                 entry: "scatter",
                 constants: &InShader::<HairMapSlot>::constants(*map),
             },
