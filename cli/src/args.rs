@@ -301,7 +301,8 @@ pub(crate) struct Plan {
     #[arg(long, value_name = "ERROR", value_parser = parse::error_target, allow_hyphen_values = true)]
     pub(crate) error: Option<f64>,
 
-    /// Choose the most accurate method within this time, such as 16ms or 2s
+    /// Choose the most accurate method within this time, such as 16ms or 2s; methods that are
+    /// expected to take about as long are run to find out
     #[arg(long, value_name = "TIME", conflicts_with = "error", value_parser = parse::time_target, allow_hyphen_values = true)]
     pub(crate) time: Option<f64>,
 

@@ -9,6 +9,7 @@ all of them. Prints q-errors (the larger of estimate / actual and its inverse) o
 frame, of the time before the first one, and of the RMSE; what the choice for a few
 targets costs beside the best choice (regret); and how often it misses its target by more than
 half. Targets of a scene are errors and times between the least and the largest that came out.
+What is chosen within a time is asked from `plan --time`, which measures settings that are in doubt.
 
 With --leave-out each scene is foreseen with a profile of the machine that was learned from the
 other scenes; without, with none. A method costs what `plan --calibrate` finds in the median
@@ -46,6 +47,18 @@ def analyzed(asked, scene, profile):
     return json.loads(ran(command))
 
 
+def chosen_within(asked, scene, profile, report):
+    """What the program chooses within a few times."""
+    found = rows(report)
+    chosen = []
+    for target in targets([row["time"][1] for row in found]) if found else []:
+        command = [asked.program, "-q", "plan", scene, "--size", asked.size, "--backend", "cpu", "--json"]
+        command += ["--profile", str(profile), "--time", f"{1e3 * target:.9g}ms", *only(asked)]
+        choice = json.loads(ran(command, may_find_nothing=True))["choice"]
+        chosen.append({"time": target, **{key: choice[key] for key in ("met", "method", "quality")}})
+    return chosen
+
+
 def learned(asked, scene, folder):
     """The profile of the machine that one scene gives."""
     file = folder / f"of-{scene}.json"
@@ -68,13 +81,13 @@ def median_profile(profiles):
     return {"format": "crepuscular machine profile", "version": 1, "methods": methods}
 
 
-def ran(command):
+def ran(command, may_find_nothing=False):
     """What a command prints; its errors end the script."""
     try:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     except OSError as error:
         sys.exit(f"{command[0]}: {error.strerror}")
-    if done.returncode != 0:
+    if done.returncode != 0 and not (may_find_nothing and done.stdout):
         sys.exit(f"{' '.join(command)}: {done.stderr.strip()}")
     return done.stdout
 
@@ -109,25 +122,27 @@ def rows(report):
     return found
 
 
-def between(values, number):
+def targets(values):
     low, high = min(values), max(values)
-    return [low * (high / low) ** ((k + 1) / (number + 1)) for k in range(number)]
+    return [low * (high / low) ** (k / 5) for k in range(1, 5)]
 
 
-def choices(found):
-    """(what, target, regret, how many times the target is exceeded) for a few targets."""
+def choices(found, within):
+    """(what, target, regret, how many times the target is exceeded) for a few targets; what is
+    `within` times was chosen by the program."""
     out = []
-    if not found:
-        return out
-    for what, other in (("rmse", "time"), ("time", "rmse")):
-        for target in between([row[what][1] for row in found], 4):
-            meeting = [row for row in found if row[what][0] <= target]
-            best = [row for row in found if row[what][1] <= target]
-            if not meeting or not best:
-                continue
-            chosen = min(meeting, key=lambda row: row[other][0])
-            regret = chosen[other][1] / min(row[other][1] for row in best)
-            out.append((what, target, max(1.0, regret), chosen[what][1] / target))
+
+    def add(what, other, target, chosen):
+        best = [row[other][1] for row in found if row[what][1] <= target]
+        if chosen and best:
+            out.append((what, target, max(1.0, chosen[other][1] / min(best)), chosen[what][1] / target))
+
+    for target in targets([row["rmse"][1] for row in found]) if found else []:
+        meeting = [row for row in found if row["rmse"][0] <= target]
+        add("rmse", "time", target, min(meeting, key=lambda row: row["time"][0], default=None))
+    for choice in within:
+        names = [row for row in found if (row["method"], row["quality"]) == (choice["method"], choice["quality"])]
+        add("time", "rmse", choice["time"], names[0] if choice["met"] and names else None)
     return out
 
 
@@ -157,12 +172,14 @@ def main():
                 others = [other for other in asked.scenes if other != scene] if asked.leave_out else []
                 known = median_profile([learned(asked, other, pathlib.Path(folder)) for other in others])
                 profile.write_text(json.dumps(known))
-                file.write_text(json.dumps(analyzed(asked, scene, profile)))
+                report = analyzed(asked, scene, profile)
+                report["within"] = chosen_within(asked, scene, profile, report)
+                file.write_text(json.dumps(report))
             report = json.loads(file.read_text())
             own = rows(report)
             copies[scene] = (report["analysis"] or {}).get("copy_spread", 0.0)
             found += own
-            made += [(scene, *choice) for choice in choices(own)]
+            made += [(scene, *choice) for choice in choices(own, report["within"])]
             time, rmse = ([ratio(*row[what]) for row in own] for what in ("time", "rmse"))
             print(
                 f"{scene:14} {len(own):4} rows, {len(report['skipped']):3} skipped, copies ±{100 * copies[scene]:.0f} %: "

@@ -31,6 +31,9 @@ const NEAREST: usize = 256;
 /// Seconds of counted work of a probe, beside the truth.
 pub(crate) const SECONDS: f64 = 5.0;
 
+/// Seconds for frames of settings of which it is in doubt whether they are within a time.
+const TRIALS: f64 = 1.0;
+
 /// Units of work for the truth about some of the pixels; see [`Prepared::per_pixel`].
 const TRUTH: f64 = 5e5;
 
@@ -49,6 +52,8 @@ pub(crate) struct Foresight<'a> {
     seconds: f64,
     /// Whether the start of a backend counts.
     starts: bool,
+    /// What a choice is made for, and for how many frames.
+    target: Option<(Target, f64)>,
 }
 
 impl<'a> Foresight<'a> {
@@ -72,7 +77,14 @@ impl<'a> Foresight<'a> {
             profile,
             seconds,
             starts: true,
+            target: None,
         })
+    }
+
+    /// The same for a choice among so many frames: settings of which it is in doubt whether they
+    /// meet the target are measured.
+    pub(crate) fn for_target(self, target: Option<(Target, f64)>) -> Self {
+        Self { target, ..self }
     }
 
     /// The same for a backend that is started in any case.
@@ -138,7 +150,16 @@ impl<'a> Foresight<'a> {
             start,
             clock: &|| clock.elapsed().as_secs_f64(),
         };
-        probe.run(backend, label, store, settings)
+        let mut forecast = probe.run(backend, label, store, settings)?;
+        if let Some((target, frames)) = self.target {
+            forecast.settle(target, frames, TRIALS, |row| {
+                match probe.frame_seconds(backend, store, &settings[row.setting]) {
+                    Ok(seconds) => Ok(Some(seconds)),
+                    Err(_) => backend.check_alive().map(|()| None),
+                }
+            })?;
+        }
+        Ok(forecast)
     }
 }
 
@@ -174,6 +195,7 @@ pub(crate) fn choose(
     let nothing =
         || Failure::new("no light reaches the view through the air, so there is nothing to choose");
     let foresight = Foresight::new(&prepared, &profile, SECONDS).ok_or_else(nothing)?;
+    let foresight = foresight.for_target(Some((target, 1.0)));
     let foresight = match may_start {
         true => foresight,
         false => foresight.without_start(),

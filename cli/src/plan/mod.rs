@@ -21,7 +21,6 @@ use crate::format::count;
 use crate::print::{complain, note, print, summarise};
 use analysis::analyze;
 use foresight::{Foresight, SECONDS, foreseen};
-use json::Choice;
 
 pub(crate) use foresight::choose;
 pub(crate) use worth::keep_worthwhile;
@@ -53,7 +52,7 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     for line in dropped(methods, &args.methods, &prepared.selection) {
         complain(&format!("warning: {line}"));
     }
-    let (forecasts, failed) = forecasts(&prepared, &args.backend, &profile, SECONDS)?;
+    let (forecasts, failed) = forecasts(&prepared, &args.backend, &profile, SECONDS, target(args))?;
     let all = together(&forecasts);
     let slow = all.slow_starts(args.frames.map_or(1.0, f64::from));
     let slow: Vec<LeftOut> = slow.iter().map(foresight::left_out).collect();
@@ -67,7 +66,7 @@ pub(crate) fn run(methods: &Registry, args: &Plan) -> Result<(), Failure> {
         (true, Some(job)) => Some(analyze(job, &forecasts)?),
         _ => None,
     };
-    let choice = choice(args, &all);
+    let choice = target(args).map(|(target, frames)| (target, all.choose(target, frames).cloned()));
     note(&prepared.input.notes);
     if args.json {
         let known = json::Known {
@@ -113,18 +112,21 @@ fn prepare(methods: &Registry, args: &Plan, scene: &str) -> Result<Prepared, Fai
     Prepared::new(methods, asked, f64::INFINITY)
 }
 
-/// The forecast of each device with its candidates, and the devices that failed though nobody
-/// asked for them. A software GPU is no device unless it was `asked` for.
+/// The forecast of each device with its candidates, settled for a choice if one is made, and the
+/// devices that failed though nobody asked for them. A software GPU is no device unless it was
+/// `asked` for.
 fn forecasts<'a>(
     prepared: &'a Prepared,
     asked: &[BackendName],
     profile: &Profile,
     seconds: f64,
+    target: Option<(Target, f64)>,
 ) -> Result<(Vec<Foreseen<'a>>, Vec<LeftOut>), Failure> {
     let (mut all, mut failed) = (Vec::new(), Vec::new());
     let Some(foresight) = Foresight::new(prepared, profile, seconds) else {
         return Ok((all, failed));
     };
+    let foresight = foresight.for_target(target);
     for device in &prepared.backends.present {
         if !device.representative && asked.is_empty() {
             continue;
@@ -147,12 +149,11 @@ fn together(forecasts: &[Foreseen<'_>]) -> Forecast {
     }
 }
 
-/// The choice among all devices, if there is a target.
-fn choice(args: &Plan, all: &Forecast) -> Choice {
+/// What is asked of a picture, and how many frames share what is made before the first.
+fn target(args: &Plan) -> Option<(Target, f64)> {
     let of_error = args.error.map(Target::Error);
     let target = of_error.or(args.time.map(Target::Time))?;
-    let frames = args.frames.map_or(f64::INFINITY, f64::from);
-    Some((target, all.choose(target, frames).cloned()))
+    Some((target, args.frames.map_or(f64::INFINITY, f64::from)))
 }
 
 /// Learns what the methods cost, and writes it down.
@@ -166,7 +167,13 @@ fn calibrate(methods: &Registry, args: &Plan) -> Result<(), Failure> {
     let mut all = Vec::new();
     for scene in scenes {
         let prepared = prepare(methods, args, scene)?;
-        let (found, _) = forecasts(&prepared, &args.backend, &Profile::new(), f64::INFINITY)?;
+        let (found, _) = forecasts(
+            &prepared,
+            &args.backend,
+            &Profile::new(),
+            f64::INFINITY,
+            None,
+        )?;
         all.extend(found.into_iter().map(|(_, _, forecast)| forecast));
     }
     let profile = Profile::learned(&all);

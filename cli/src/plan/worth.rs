@@ -22,7 +22,7 @@ pub(crate) fn keep_worthwhile(
     asked: &[BackendName],
 ) -> Result<(), Failure> {
     let profile = super::profile::read(None)?;
-    let (forecasts, failed) = super::forecasts(prepared, asked, &profile, SECONDS)?;
+    let (forecasts, failed) = super::forecasts(prepared, asked, &profile, SECONDS, None)?;
     let number = prepared.selection.candidates.len();
     let mut beaten_by: Vec<Option<String>> = vec![None; number];
     let mut is_needed = vec![false; number];

@@ -45,6 +45,8 @@ pub enum Known {
     /// The error lies between those of two other qualities; the time follows from other
     /// qualities.
     Interpolated,
+    /// The time was measured on the whole picture, see [`Forecast::settle`].
+    Timed,
 }
 
 /// A setting without a forecast.
@@ -82,6 +84,7 @@ impl Known {
             Self::Probed => "probed",
             Self::Tried => "tried",
             Self::Interpolated => "interpolated",
+            Self::Timed => "timed",
         }
     }
 }

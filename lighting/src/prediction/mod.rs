@@ -48,6 +48,11 @@
 //! extended. Unknown errors are interpolated over quality between two known ones. They are not
 //! extrapolated, because errors level out where something other than the quality limits them.
 //!
+//! # Choices in doubt
+//! A setting whose expected time is about that of a target may be within it or not, and errors of
+//! neighbours in such a choice can differ by a factor of 100. [`Forecast::settle`] runs
+//! those that matter on the whole picture ([`Probe::frame_seconds`]).
+//!
 //! # The profile
 //! A [`Profile`] holds the seconds per unit of counted work for each method on each backend, as
 //! medians over the scenes that it was learned from. It tells which settings are too expensive
@@ -66,6 +71,7 @@ mod interpolate;
 mod probe;
 mod profile;
 mod sample;
+mod settle;
 mod start;
 
 pub use choice::{Target, Unmet};

@@ -5,7 +5,7 @@ use gpu_backend::{Backend, BufferOf, Download};
 use super::error::{Estimate, estimate};
 use super::interpolate::along_logarithms;
 use super::profile::{self, counted};
-use super::{Forecast, Judged, Known, Prediction, Profile, Sample, Skipped};
+use super::{Forecast, Judged, Known, Prediction, Profile, Sample, Skipped, settle};
 use crate::Ray;
 use crate::methods::{
     Entry, Frame, FrameInputs, Method, MethodBackend, MethodError, RunOn, Selection, Store,
@@ -218,6 +218,27 @@ impl Probe<'_> {
             }
         }
         Ok(forecast)
+    }
+
+    /// The shortest time of a few frames of the whole picture, s, not counting what is made before
+    /// the first one.
+    ///
+    /// # Errors
+    /// Those of the method.
+    pub fn frame_seconds<B: MethodBackend + Download>(
+        &self,
+        backend: &B,
+        store: &Store<B::Memory>,
+        setting: &Setting,
+    ) -> Result<f64, MethodError> {
+        let frame = Frame::new(backend, self.inputs_of(setting), store)?;
+        on::<B>(setting)?.prepare(&frame, setting.quality)?;
+        backend.wait()?;
+        let mut shortest = f64::INFINITY;
+        for _ in 0..settle::FRAMES {
+            shortest = shortest.min(self.radiance(&frame, setting)?.0);
+        }
+        Ok(shortest)
     }
 
     fn inputs_of(&self, setting: &Setting) -> FrameInputs<'_> {

@@ -167,6 +167,59 @@ fn a_profile_knows_how_long_backends_start() {
     assert!((with - without - 0.5).abs() < 1e-9, "{with}");
 }
 
+/// Settles the example within 10 ms, where frames take so many times what is expected, and
+/// gives the choice and the methods that were measured.
+fn settled(rows: Vec<Prediction>, seconds: f64, factor: f64) -> (String, Vec<String>) {
+    let mut forecast = Forecast {
+        rows,
+        skipped: Vec::new(),
+    };
+    let target = Target::Time(10e-3);
+    let mut measured = Vec::new();
+    let settled = forecast.settle(target, f64::INFINITY, seconds, |row| {
+        measured.push(row.method.clone());
+        Ok::<_, Infallible>((row.method != "broken").then_some(factor * row.frame))
+    });
+    let Ok(()) = settled;
+    let chosen = forecast.choose(target, f64::INFINITY).unwrap();
+    (chosen.method.clone(), measured)
+}
+
+#[test]
+fn what_is_in_doubt_is_measured_as_far_as_the_choice_depends_on_it() {
+    let rows = || {
+        vec![
+            row("sure", 1, 0.0, 1e-3, 0.2),
+            row("worse", 2, 0.0, 9e-3, 0.3),
+            row("good", 3, 0.0, 11e-3, 0.01),
+            row("better", 4, 0.0, 12e-3, 0.001),
+            row("slow", 5, 0.0, 50e-3, 1e-6),
+        ]
+    };
+    let of = |chosen: &str, measured: &[&str]| {
+        let measured = measured.iter().map(|name| (*name).to_owned());
+        (chosen.to_owned(), measured.collect::<Vec<_>>())
+    };
+    assert_eq!(settled(rows(), 1.0, 0.8), of("better", &["better"]));
+    assert_eq!(settled(rows(), 1.0, 0.9), of("good", &["better", "good"]));
+    assert_eq!(settled(rows(), 1.0, 1.0), of("sure", &["better", "good"]));
+    // Time for one of them, or for none.
+    assert_eq!(settled(rows(), 0.06, 0.9), of("sure", &["better"]));
+    assert_eq!(settled(rows(), 0.0, 0.5), of("sure", &[]));
+    // What has to be made first takes time too.
+    let mut unmade = rows();
+    (unmade[3].once, unmade[3].known) = (2.0, Known::Interpolated);
+    assert_eq!(settled(unmade, 1.0, 0.9), of("good", &["good"]));
+    let mut broken = rows();
+    broken[2] = row("broken", 3, 0.0, 9e-3, 0.01);
+    broken.remove(3);
+    assert_eq!(settled(broken, 1.0, 0.9), of("sure", &["broken"]));
+    // An error needs no times.
+    let mut forecast = example();
+    let settled = forecast.settle(Target::Error(0.1), 1.0, 1.0, |_| Err("asked"));
+    assert_eq!((settled, forecast.rows.len()), (Ok(()), 5));
+}
+
 #[test]
 fn a_lower_target_never_chooses_what_is_expected_to_be_worse() {
     let mut random = Random::new(5);
