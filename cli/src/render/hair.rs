@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 use gpu_backend::Cpu;
-use gpu_backend::gpu::Gpu;
+use gpu_backend::gpu::{Gpu, GpuMemory, Queued};
 use lighting::Emitter;
 use lighting::hair::{Fibre, LitHair, SeenHair};
+use lighting::methods::exact::UploadedTracer;
 use lighting::scene::view::View;
 use lighting::scene::{Camera, Scene, Translucent};
 use lighting::translucent::TransmittanceMap;
@@ -59,14 +60,14 @@ impl Hair {
         let mut there = None;
         if let Some(context) = &device.context {
             let gpu = Gpu::new(context.clone());
-            match triangles_in_shaders(&gpu, &input.geometry, &input.tracer)? {
-                Ok(tracer) => there = Some((gpu, tracer)),
+            match uploaded(&gpu, input, maps)? {
+                Ok((tracer, maps)) => there = Some((gpu, tracer, maps)),
                 Err(why) => (input.notes).push(format!("hair is lit on the CPU: {why}")),
             }
         }
         let media = &input.media();
         let (translucent, fibre) = (&input.scene.translucent[..], self.fibre);
-        let Some((gpu, tracer)) = &there else {
+        let Some((gpu, tracer, maps)) = &there else {
             let lights: Vec<_> = emitters.iter().zip(maps.iter().copied()).collect();
             let lit = LitHair {
                 view,
@@ -78,9 +79,7 @@ impl Hair {
             };
             return light_of(&Cpu::new(), &self.seen, &lit);
         };
-        let uploaded = maps.iter().map(|map| map.upload(gpu));
-        let maps: Vec<_> = uploaded.collect::<Result<_, _>>()?;
-        let lights: Vec<_> = emitters.iter().zip(&maps).collect();
+        let lights: Vec<_> = emitters.iter().zip(maps).collect();
         let lit = LitHair {
             view,
             translucent,
@@ -91,6 +90,26 @@ impl Hair {
         };
         light_of(gpu, &self.seen, &lit)
     }
+}
+
+/// The triangles of a scene, and the maps of lights, where shaders read them.
+type Uploaded = (UploadedTracer, Vec<TransmittanceMap<GpuMemory>>);
+
+/// Triangles and maps on a GPU, or the reason why they are not there.
+fn uploaded(
+    gpu: &Gpu<Queued>,
+    input: &Input,
+    maps: &[&TransmittanceMap],
+) -> Result<Result<Uploaded, String>, Failure> {
+    let tracer = match triangles_in_shaders(gpu, &input.geometry, &input.tracer)? {
+        Ok(tracer) => tracer,
+        Err(why) => return Ok(Err(why.into())),
+    };
+    let maps: Result<_, _> = maps.iter().map(|map| map.upload(gpu)).collect();
+    Ok(match maps {
+        Ok(maps) => Ok((tracer, maps)),
+        Err(error) => Err(error.to_string()),
+    })
 }
 
 /// Gives all strands of a scene a colour.

@@ -136,7 +136,11 @@ fn run(subject: &Subject<'_>, limit: &Limit<'_>) -> Result<Study, Failure> {
     };
     visit_all(range(LOOSER, rays.range())?, &mut pictures)?;
     for device in &subject.devices {
-        pictures.on_gpu(device)?;
+        if let Err(failure) = pictures.on_gpu(device) {
+            // The pictures of the CPU stay in the report.
+            let what = light_on(device);
+            pictures.study.leave_out(&what, failure.to_string());
+        }
     }
     pictures.failed?;
     let rows = pictures.rows;
@@ -290,7 +294,7 @@ impl Pictures<'_> {
         let Some(context) = device.context else {
             return Ok(());
         };
-        let what = format!("light on {}", device.label);
+        let what = light_on(device);
         if let Some(why) = self.limit.reached_after(2.0 * self.each) {
             self.study.leave_out(&what, why);
             return Ok(());
@@ -319,6 +323,11 @@ impl Pictures<'_> {
         self.rows.push(row);
         Ok(())
     }
+}
+
+/// The name of what is left out where a device does not light hair.
+fn light_on(device: &Device<'_>) -> String {
+    format!("light on {}", device.label)
 }
 
 /// Mean bytes of a texel of a map whose curves take so many `bytes`.
